@@ -17,11 +17,11 @@ struct hnav_aircraft : hnav::KeptMessage<320>, hnav::Aircraft {
 
 namespace {
 
-// Checks the entries of a model one after the other and keeps the first complaint.
+// Checks the entries of a model in order and keeps the first error.
 struct Check : hnav::CallersMessage {
     hnav_status status = HNAV_OK;
 
-    // The entry and where it lies belong together: every number inside [min, max], or above min when that is open.
+    // Every number of the entry is inside [min, max], or above min when that is open.
     void numbers(const char* name, const double* value, int count, double min, bool open, double max = no_bound) {
         if (status != HNAV_OK) return;
         if (!value) status = fail(HNAV_ERROR_NULL_ARGUMENT, "%s is null", name);
@@ -54,7 +54,7 @@ void check_coloured_error(const hnav_aircraft_options& o, const hnav_aircraft_mo
     if (!error.sigma) return;
     is.numbers(sigma, error.sigma, m.nx, 0, false);
     is.numbers(time_constant, error.time_constant_s, m.nx, 0, true);
-    for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau swings up
+    for (int i = 0; i < m.nx && is.status == HNAV_OK; ++i) // beyond it 1 - dt/tau oscillates with growing amplitude
         if (o.euler_colour && !(m.interval_s < 2 * error.time_constant_s[i]))
             is.status = is.fail(HNAV_ERROR_OPTION,
                                 "%s[%d] = %g is impossible with euler_colour: it must be above half of interval_s = %g",

@@ -1,4 +1,4 @@
-// The C boundary of the attitude filters: what the calls of every filter do with them, and the calls that they have beside.
+// The C boundary of the attitude filters: their part of the common calls, and their own calls.
 #include "c_api/attitude_boundary.hpp"
 #include "c_api/sized.hpp"
 #include "maths/repair.hpp"
@@ -66,7 +66,7 @@ hnav_status EveryAttitude::covariance(double* P) const {
     N.topLeftCorner<3, 3>() = frames.navigation;
     ErrorCovariance C = N * error_covariance() * N.transpose();
     symmetrise<6>(C);
-    // What rounding or a coarse integrator has broken is handed out as a covariance, with the variances of the sigmas.
+    // A matrix that is no covariance because of rounding or a coarse integrator is replaced by the nearest one.
     const Vector3 rotation = honest_variances(C.diagonal().head<3>()), bias = honest_variances(C.diagonal().tail<3>());
     repair<6>(C);
     C.diagonal().head<3>() = C.diagonal().head<3>().cwiseMax(rotation);

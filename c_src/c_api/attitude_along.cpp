@@ -1,4 +1,4 @@
-// Derivatives of what a filter shows, in the user's frames.
+// Derivatives of a filter's outputs, in the user's frames.
 #include "c_api/attitude_boundary.hpp"
 #include "c_api/sized.hpp"
 

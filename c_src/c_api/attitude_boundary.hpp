@@ -1,4 +1,4 @@
-// What the calls of attitude filters share: checks of their samples, and what is shown of an estimate.
+// Shared by the calls of attitude filters: checks of samples, and the outputs of an estimate.
 #pragma once
 
 #include "c_api/attitude_object.hpp"
@@ -10,8 +10,8 @@ namespace hnav::boundary {
 
 using At = EveryAttitude::At;
 
-constexpr double min_direction_length = 1e-15; // of force and field, in any unit: below lies nothing but rounding
-constexpr double min_heading_sigma_rad = 1e-9; // smaller ones drown in the rounding of a covariance
+constexpr double min_direction_length = 1e-15; // of force and field, in any unit: below is rounding
+constexpr double min_heading_sigma_rad = 1e-9; // smaller ones are lost in the rounding of a covariance
 constexpr double near_singular_pitch = 85 * M_PI / 180;
 
 inline bool finite(const double* v, int n) {
@@ -30,7 +30,7 @@ inline void store(const Vector3& v, double* out) {
 
 // ------------------------------------------------------------------------------------------------ samples
 
-// A vector sample in body axes, or the reason against it. Directions must not be zero.
+// A vector sample in body axes, or the reason of its refusal. Directions must not be zero.
 inline hnav_status check_vector(AttitudeObject* f, double t_s, const double* value, int channel, AttitudeSample* sample) {
     if (!std::isfinite(t_s) || !finite(value, 3)) {
         f->refuse_non_finite();
@@ -95,7 +95,7 @@ inline hnav_status not_started(const EveryAttitude* f) {
     return f->fail(HNAV_ERROR_NOT_STARTED, "no attitude yet: the start waits for samples");
 }
 
-// Roll, pitch and yaw, computed as exactly as the model computes.
+// Roll, pitch and yaw, in the precision of the model.
 inline Vector3 angles_of(const Quaternion& q) { return roll_pitch_yaw<Scalar>(q.cast<Scalar>()).template cast<double>(); }
 
 inline bool near_singular(const Quaternion& q) { return std::fabs(angles_of(q)[1]) > near_singular_pitch; }

@@ -13,7 +13,7 @@
 
 namespace hnav {
 
-// What the calls of attitude filters need, whatever the model. Those of every filter are answered in attitude.cpp.
+// The interface of attitude filters for any model. attitude.cpp implements the common calls.
 struct EveryAttitude : hnav_filter {
     static constexpr Product of_product = Product::attitude;
     static constexpr const char* whom = "AHRS and HREKF";
@@ -22,9 +22,9 @@ struct EveryAttitude : hnav_filter {
     EveryAttitude() : hnav_filter(Product::attitude) {}
 
     Frames frames;
-    int sensors = 0; // that the model takes
+    int sensors = 0; // accepted by the model
     bool backward_hold = false;
-    bool causal_only = false; // has inputs that act on the interval before them, and no way to put them in afterwards
+    bool causal_only = false; // has inputs that act on the interval before them, and cannot apply them afterwards
     bool in_callers_memory = false;
 
     hnav_status take(int sensor, double t_s, const double* value) final;
@@ -58,14 +58,14 @@ protected:
     ~EveryAttitude() = default; // not destroyed through the base: see destroy()
 };
 
-// What the small build leaves out: whole recordings, and an integrator of the caller's.
+// Not in the small build: whole recordings, and an integrator of the caller.
 struct WholeAttitude : EveryAttitude {
-    // For smoothing: goes on from the newest state with time reversed, the next sample at t_s.
+    // For smoothing: continues from the newest state with time reversed, the next sample at t_s.
     virtual bool turns_back() const = 0;
     virtual void turn_back(double t_s) = 0;
     virtual void prefer_closed_form(bool prefer) = 0;
 
-    // A row of a recording as one event; false: nothing was taken, push its samples one by one.
+    // A row of a recording as one event; false: nothing was taken, push its samples separately.
     virtual bool push_event(const AttitudeEvent& event) = 0;
     // For a row of a recording whose samples have been pushed.
     virtual Outcome advance_row(double t_s) = 0;
@@ -115,7 +115,7 @@ public:
     double stamp_of(double time_s) const override { return filter_.stamp_of(time_s); }
     double late_limit_s() const override { return filter_.late_limit_s(); }
     Estimate estimate(At at) const override {
-        constexpr double max_silence_s = 1; // no estimate is to be relied upon that no sample has touched for longer
+        constexpr double max_silence_s = 1; // without samples for longer, no estimate is ready
         Estimate e = model().estimate(state(at));
         if (at == At::shown && filter_.event_now_s() - filter_.newest_time_s() > max_silence_s)
             e.tilt_ready = e.heading_ready = false;

@@ -1,4 +1,4 @@
-// Whole recordings: arrays in, arrays out; forward as the samples came, or smoothed with the benefit of hindsight.
+// Whole recordings: arrays in, arrays out; forward in the order of the samples, or smoothed.
 #include "attitude/common/smoother.hpp"
 #include "base/memory.hpp"
 #include "c_api/attitude_boundary.hpp"
@@ -12,8 +12,8 @@ namespace {
 // A sample of NaN in all three components, or none.
 bool is_missing(const double* v) { return !v || (std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2])); }
 
-// One row of a batch, whose time has been looked at: NaN in all three components is a missing sample. What push refuses for
-// its value is counted there, and the recording goes on without it, as a stream does.
+// One row of a batch with a checked time: NaN in all three components is a missing sample. Samples that push refuses for their
+// value are counted, and the recording continues without them, as a stream does.
 hnav_status push_row(AttitudeObject* f, double t_s, const double* value, int channel) {
     if (is_missing(value)) return HNAV_OK;
     const hnav_status status = push_vector(f, t_s, value, channel);
@@ -21,7 +21,7 @@ hnav_status push_row(AttitudeObject* f, double t_s, const double* value, int cha
     return dropped ? HNAV_OK : status;
 }
 
-// A row of sound samples, as almost every one is. False: nothing was taken.
+// A row of valid samples, the usual case. False: nothing was taken.
 bool push_whole_row(AttitudeObject* f, double t_s, const double* rate, const double* force, const double* field) {
     AttitudeEvent event;
     event.t_s = clock_time(t_s);
@@ -56,13 +56,13 @@ void write_nothing_known(const hnav_run_output& out, size_t i) {
     if (out.q_nb) store(Quaternion(Quaternion::Constant(hnav::nan)), out.q_nb + 4 * i);
 }
 
-// Whether a sample of this row corrected with the noise that was parametrised.
+// Whether a sample of this row corrected with the stated noise.
 std::uint8_t accepted_after(const AttitudeObject* f, int channel, double before_s) {
     const Innovation& i = f->last_innovation(channel);
     return i.t_s > before_s && !(i.noise_scale > 1);
 }
 
-// Nothing is computed that is not asked for.
+// Only requested outputs are computed.
 void write_estimate(const AttitudeObject* f, const hnav_run_output& out, size_t i) {
     if (out.q_nb || out.euler_rad) {
         const Quaternion q = f->frames.to_user(f->q_bn(At::shown));
@@ -110,7 +110,7 @@ hnav_status take_row(AttitudeObject* f, double t_s, const double* rate, const do
 
 // ------------------------------------------------------------------------------------------------ smoothing
 
-// The arrays and the filter, as the smoother sees them.
+// The arrays and the filter as the smoother's interface.
 class Recording {
 public:
     Recording(AttitudeObject* filter, size_t n, const hnav_run_input& input, const hnav_run_output& output)

@@ -1,4 +1,4 @@
-// The C boundary of the calibration: checks samples and options, and puts every refusal into words.
+// The C boundary of the calibration: checks samples and options, and words every refusal.
 #include "calibration/magnetometer.hpp"
 
 #include "c_api/sized.hpp"
@@ -97,7 +97,7 @@ void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hna
     }
 }
 
-// What the answer leaves out and why, and what of the sphere has no sample.
+// The omitted parts of the correction with their reason, and the part of the sphere without samples.
 void annotate(const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text, size_t size) {
     const double turned = c.rotation_rad / deg;
     int length = 0;
@@ -113,7 +113,7 @@ void annotate(const hnav::MagnetometerCalibration& c, const hnav_magnetometer_op
             length = std::snprintf(text, size, "without rotation: force and field keep no angle to each other; ");
             break;
         case hnav::Rotation::uncertain:
-            length = std::snprintf(text, size, "without rotation: gravity does not tell it to %.3g deg; ",
+            length = std::snprintf(text, size, "without rotation: gravity does not determine it to %.3g deg; ",
                                    o.max_direction_sigma_rad / deg);
             break;
         case hnav::Rotation::explains_little:

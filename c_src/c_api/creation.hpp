@@ -1,5 +1,5 @@
-// What the create calls of all attitude filters share: checks of the options, and the parts of them that mean the same
-// in each.
+// Shared by the create calls of all attitude filters: checks of the options, and the parts of them with the same meaning in
+// each.
 #pragma once
 
 #include "attitude/common/start.hpp"
@@ -50,14 +50,13 @@ struct Creation : CallersMessage {
         }
     }
 
-    // In so many bytes of the caller's.
+    // In so many bytes of the caller's memory.
     template <class Model, class Options>
     hnav_status make_in(void* memory, std::size_t bytes, hnav_filter** filter, const Model& model, const Frames& frames,
                         const Options& o) const {
         if (!memory) return fail(HNAV_ERROR_NULL_ARGUMENT, "memory is null");
         if (o.solver != HNAV_SOLVER_CLOSED_FORM)
-            return fail(HNAV_ERROR_UNSUPPORTED,
-                        "in the caller's memory there is solver = closed_form alone: the others ask for more");
+            return fail(HNAV_ERROR_UNSUPPORTED, "the caller's memory supports solver = closed_form only");
         const auto settings = settings_of<Model>(o);
         const std::size_t needed = AttitudeFilter<Model>::bytes(model, settings);
         if (bytes < needed)
@@ -67,7 +66,7 @@ struct Creation : CallersMessage {
         return HNAV_OK;
     }
 
-    // Of memory for make_in; 0 for options that make no filter.
+    // Bytes for make_in; 0 for invalid options.
     template <class Model, class Options>
     std::size_t bytes_for(const Options* o) const {
         hnav_filter* none;

@@ -1,4 +1,4 @@
-// What the options of solver, horizon and queue mean to the engine: the same in every filter that has them.
+// The engine settings of the options of solver, horizon and queue, the same in every filter that has them.
 #pragma once
 
 #include "base/option_list.hpp"
@@ -27,8 +27,8 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
     return e;
 }
 
-// A queue that takes more memory than a filter may have is refused before it is asked for: a system that promises memory and does not
-// have it kills the process at the first use. Chosen: a gibibyte, a quarter of what small machines have.
+// A queue above the memory limit of a filter is refused before allocation: a system that overcommits memory would end the process at the
+// first use. Chosen: a gibibyte, a quarter of the memory of small machines.
 template <class Model>
 hnav_status check_memory(const CallersMessage& caller, const Model& model, const typename Filter<Model>::Settings& settings,
                          int queue_capacity) {

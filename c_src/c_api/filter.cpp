@@ -1,5 +1,5 @@
-// The C boundary of every filter: life, samples, estimate. Every function checks its arguments, calls the object, and says in one line
-// what went wrong.
+// The C boundary of every filter: life, samples, estimate. Every function checks its arguments, calls the object, and writes a one-line
+// message on failure.
 #include "c_api/filter_object.hpp"
 #include "c_api/sized.hpp"
 
@@ -130,7 +130,7 @@ hnav_status hnav_filter_covariance(const hnav_filter* filter, double* covariance
 hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor, hnav_innovation* innovation) {
     REQUIRE_STRUCT(filter, innovation, hnav_innovation);
     if (int(sensor) <= HNAV_SENSOR_GYRO || int(sensor) >= HNAV_SENSOR_COUNT)
-        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: ask for accel, mag or an aid", int(sensor));
+        return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: use accel, mag or an aid", int(sensor));
     hnav_innovation result{};
     if (const hnav_status status = filter->innovation(sensor, &result)) return status;
     hand_out(result, innovation);

@@ -1,4 +1,4 @@
-// The C boundary of every filter for callers that bring their own integrator.
+// The C boundary of every filter for callers with their own integrator.
 #include "c_api/filter_object.hpp"
 
 using hnav::check_time;
@@ -13,7 +13,7 @@ hnav_status check_state(const hnav_filter* f, const double* x) {
     if (q < 0) return HNAV_OK;
     for (int i = 0; i < nx; ++i)
         if (std::fabs(x[i]) > max_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], max_state);
-    // Its direction alone counts.
+    // Only its direction is used.
     const double square = x[q] * x[q] + x[q + 1] * x[q + 1] + x[q + 2] * x[q + 2] + x[q + 3] * x[q + 3];
     if (square > 1e-12) return HNAV_OK;
     return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x holds a quaternion of length %g, which is no attitude", std::sqrt(square));

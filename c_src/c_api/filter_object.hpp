@@ -1,5 +1,5 @@
-// The object behind hnav_filter: what the calls of hnav/filter.h need of a filter, whatever it estimates. They check their arguments and
-// say what was wrong (filter.cpp, filter_hybrid.cpp, filter_saved.cpp); the calls of one product find their own object by object_of.
+// The object behind hnav_filter: the interface of the calls in hnav/filter.h for any filter. They check their arguments and write
+// messages (filter.cpp, filter_hybrid.cpp, filter_saved.cpp); the calls of one product find their own object by object_of.
 #pragma once
 
 #include "base/small.hpp"
@@ -13,7 +13,7 @@ namespace hnav {
 
 enum class Product { attitude, ins, observer };
 
-// At most so many values come with a sample of hnav_sensor: those of a fix and their sigmas.
+// Largest number of values of a sample of hnav_sensor: those of a fix and their sigmas.
 constexpr int max_values = 6;
 
 struct EveryObject : KeptMessage<512> {
@@ -23,14 +23,14 @@ struct EveryObject : KeptMessage<512> {
     virtual void destroy() = 0;
     virtual void reset() = 0;
 
-    // sensor: hnav_sensor. Complains of what it does not take.
+    // sensor: hnav_sensor. Refuses with a message what the filter does not take.
     virtual hnav_status take(int sensor, double t_s, const double* value) = 0;
     virtual hnav_status take_imu(double t_s, const double* rate, const double* force) = 0;
 
     virtual Outcome advance(double t_s) = 0;
     virtual Outcome commit(double t_s) = 0;
     virtual double now_s() const = 0;
-    // Says why samples up to t_s were dropped.
+    // Writes the reason why samples up to t_s were dropped.
     virtual hnav_status no_estimate(double t_s) const {
         return fail(HNAV_ERROR_SOLVER, "samples up to t = %.9g s led to no usable estimate and were dropped", t_s);
     }
@@ -49,11 +49,11 @@ protected:
     ~EveryObject() = default; // not destroyed through the base: see destroy()
 };
 
-// What the small build leaves out: saved states, and an integrator of the caller's.
+// Not in the small build: saved states, and an integrator of the caller.
 struct WholeObject : EveryObject {
     using EveryObject::EveryObject;
 
-    virtual const char* cannot_save() const { return nullptr; } // why not
+    virtual const char* cannot_save() const { return nullptr; } // reason, or null
     virtual std::size_t state_size() const = 0;
     virtual void save(void* buffer) const = 0;
     virtual LoadOutcome load(const void* buffer, std::size_t bytes) = 0;
@@ -77,11 +77,11 @@ protected:
     ~WholeObject() = default;
 };
 
-constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance; and no clock counts so far in seconds
+constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance
 const char* sensor_name(int sensor); // in messages
 
-// Times nearer to 0 than a picosecond are 0: elsewhere numbers lie further apart than that, here two of them may differ by
-// so little that nothing can be divided by it.
+// Times nearer to 0 than a picosecond are set to 0: elsewhere doubles are farther apart, and here the difference of two of them may
+// be too small to divide by.
 inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; }
 
 inline hnav_status check_time(const EveryObject* f, double t_s) {
@@ -90,7 +90,7 @@ inline hnav_status check_time(const EveryObject* f, double t_s) {
     return f->fail(HNAV_ERROR_OUT_OF_RANGE, "t_s = %g lies beyond %g s", t_s, max_time_s);
 }
 
-// What an advance to t_s came to.
+// Outcome of an advance to t_s.
 inline hnav_status advanced(const EveryObject* f, double t_s, Outcome outcome) {
     switch (outcome) {
     case Outcome::ok: return HNAV_OK;
@@ -100,7 +100,7 @@ inline hnav_status advanced(const EveryObject* f, double t_s, Outcome outcome) {
     }
 }
 
-// What a filter said of a sample that was put into its queue.
+// Outcome of pushing a sample into the queue.
 inline hnav_status queued(const EveryObject* f, Outcome outcome, const char* what, double t_s, double late_limit_s) {
     switch (outcome) {
     case Outcome::ok: return HNAV_OK;
@@ -126,7 +126,7 @@ protected:
 
 namespace hnav {
 
-// The object of a product behind the handle; null, with a complaint, for another one. Object: const or not, as the handle.
+// The object of a product behind the handle; null, with a message, for another product. Object: const or not, as the handle.
 template <class Object, class Handle>
 Object* object_of(Handle* filter) {
     if (filter->product == Object::of_product) return static_cast<Object*>(filter);

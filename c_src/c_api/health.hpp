@@ -1,4 +1,4 @@
-// How each sensor does, from what the checks of the samples and the stamps have seen.
+// Health of each sensor, from the checks of samples and stamps.
 #pragma once
 
 #include "hnav/hnav.h"
@@ -8,10 +8,10 @@
 
 namespace hnav {
 
-// A verdict about single samples is shown for so long.
+// Time for which a state of single samples is shown.
 constexpr double shown_s = 1;
 
-// Of one that a filter has no use for.
+// Of a sensor that the filter does not use.
 inline hnav_sensor_health sensor_without_samples() {
     hnav_sensor_health h{};
     h.state = HNAV_SENSOR_STATE_MISSING;
@@ -19,7 +19,7 @@ inline hnav_sensor_health sensor_without_samples() {
     return h;
 }
 
-// check: null for a sensor whose samples are not looked at. now_s and all times: the filter's.
+// check: null for a sensor without checks. now_s and all times: the filter's.
 template <class Check, class Stamps>
 hnav_sensor_health sensor_health(const Check* check, const Stamps& stamps, int channel, double now_s) {
     constexpr double missing_intervals = 10;

@@ -1,4 +1,4 @@
-// The C boundary of the INS: how one is made, and its samples.
+// The C boundary of the INS: creation and samples.
 #include "c_api/ins_object.hpp"
 
 #include "base/memory.hpp"
@@ -21,7 +21,7 @@ const char* name_of(int channel) {
     return names[channel];
 }
 
-// How many values a sample of a sensor has, and from which on they are sigmas.
+// Number of values of a sample of a sensor, and the index of the first sigma.
 struct Shape {
     int values, sigmas;
 };

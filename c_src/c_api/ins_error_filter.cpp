@@ -135,7 +135,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(settings, data, why))
         return caller.fail(status_of(why), "%s", why.text);
 
-    // Built once without memory, to learn how much it needs.
+    // Constructed once without memory, to count the bytes.
     hnav::MatrixArena state_size, work_size;
     InsErrorFilter(state_size, work_size, nullptr, data, settings);
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;

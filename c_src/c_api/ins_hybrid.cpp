@@ -1,4 +1,4 @@
-// The INS for an integrator of the caller: what flows, and what samples do to it.
+// The INS for an integrator of the caller: flow and jumps.
 #include "c_api/ins_object.hpp"
 
 #include <algorithm>
@@ -19,12 +19,12 @@ hnav_status InsObject::derivative_along(const double* x, const double* seed, dou
     return HNAV_OK;
 }
 
-// Late samples lead back over what an integrator outside has crossed already: then the estimate is integrated inside, and x follows
-// it from event to event.
+// Late samples lead back before the time of an integrator outside. With a horizon the estimate is therefore integrated inside, and x
+// follows it from event to event.
 Outcome InsObject::jump(double t_s, const double* x_minus, double* x_plus) {
     flows_outside = true;
     if (!goes_back) return filter.jump(t_s, x_minus, x_plus);
-    filter.show(t_s, x_minus); // the time, which a trial step may have run beyond
+    filter.show(t_s, x_minus); // the time, which a trial step may have exceeded
     const Outcome outcome = filter.advance(t_s);
     std::copy_n(filter.shown().x, ins::nx, x_plus);
     return outcome;

@@ -18,10 +18,10 @@ struct InsObject final : hnav_filter {
     Filter<ins::Model> filter;
     Matrix3 mounting = Matrix3::Identity(); // sensor to body axes
     double declination_rad = 0;
-    bool goes_back = false; // late samples are taken
+    bool goes_back = false; // late samples are accepted
     bool flows_outside = false; // by an integrator of the caller's
 
-    // The estimate of now; of a hybrid view all but the motion, which alone flows between events there, is that of the last event.
+    // The present estimate; in a hybrid view only the motion flows between events, the rest is that of the last event.
     hnav_navigation navigation() const;
 
     void destroy() override;
@@ -60,14 +60,14 @@ struct InsObject final : hnav_filter {
 
 namespace ins_boundary {
 
-// The channel of the model that a sensor's samples come by; those of gyroscope and accelerometer come together.
+// The channel of the model for a sensor's samples; gyroscope and accelerometer share one.
 int channel_of(int sensor);
 // Checks a sample of a sensor, max_values as hnav_ins_run_input has them, and turns it into body axes.
 hnav_status sample_of(InsObject* object, double t_s, int channel, const double* value, ins::Sample* sample);
-// Of a state that has been brought so far beyond its last event, to now_s.
+// Of a state that has been propagated so far beyond its last event, to now_s.
 hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
 
-// What recordings share: a row of rate and force that is missing, arrays that are there, a row of the answer.
+// Shared by recordings: a missing row of rate and force, checks of the arrays, a row of output.
 bool is_missing(const double* v);
 hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
 void store(const ins::Protection& from, hnav_navigation* to);

@@ -1,4 +1,4 @@
-// The C boundary of the INS: what it estimates, and whole recordings.
+// The C boundary of the INS: its outputs, and whole recordings.
 #include "c_api/ins_object.hpp"
 
 #include "c_api/health.hpp"
@@ -53,7 +53,7 @@ void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
     out->position_ready = n.position_ready;
 }
 
-// A row of the output, of `width` numbers; null: not asked for.
+// A row of the output, of `width` numbers; null: not requested.
 template <class Number>
 Number* row(Number* rows, std::size_t i, std::size_t width) {
     return rows ? rows + i * width : nullptr;
@@ -63,10 +63,10 @@ void copy(const double* from, int count, double* to) {
     if (to) std::copy(from, from + count, to);
 }
 
-// What push refuses for its value or its age is counted there, and the recording goes on without it, as a stream does.
+// Samples that push refuses for their value or age are counted, and the recording continues without them, as a stream does.
 hnav_status tolerated(hnav_status status) { return status == HNAV_ERROR_QUEUE_FULL ? status : HNAV_OK; }
 
-// The sample of the IMU first: a row whose stamp is left out, or late, stands for no time, and brings no aids.
+// The IMU sample first: a row with a rejected or late stamp has no time, and its aids are not used.
 hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, std::size_t* aid) {
     using Place = std::decay_t<decltype(f->filter.stamps())>::Place;
     hnav_status status = HNAV_OK;
@@ -88,7 +88,7 @@ hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, 
     return status == HNAV_OK ? advanced(f, in.t_s[i], f->advance(clock_time(in.t_s[i]))) : status;
 }
 
-// All that is told but the motion, which alone flows between events where an integrator outside moves it.
+// All outputs except the motion, which alone flows between events of an integrator outside.
 struct Told {
     const ins::State& state;
     double ahead_s; // beyond its last event

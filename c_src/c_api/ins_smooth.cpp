@@ -1,4 +1,4 @@
-// The C boundary of the navigation filter: whole recordings with hindsight.
+// The C boundary of the INS: the smoother of whole recordings.
 #include "base/memory.hpp"
 #include "c_api/ins_object.hpp"
 #include "ins/smoother/smoother.hpp"
@@ -11,7 +11,7 @@ using namespace hnav::ins_boundary;
 
 namespace {
 
-// The arrays and the filter's options, as the smoother sees them.
+// The arrays and the filter's options as the smoother's interface.
 class Arrays final : public ins::Recording {
 public:
     Arrays(InsObject* object, std::size_t n, const hnav_ins_run_input& in, const hnav_ins_run_output& out)
@@ -53,14 +53,14 @@ private:
     ins::Sample* aids_ = nullptr;
 };
 
-// By time, and those of one time in an order that does not depend on that of their arrival.
+// By time, and within one time in an order that is independent of the arrival.
 bool comes_before(const ins::Sample& a, const ins::Sample& b) {
     if (a.t_s != b.t_s) return a.t_s < b.t_s;
     if (a.channel != b.channel) return a.channel < b.channel;
     return std::lexicographical_compare(std::begin(a.value), std::end(a.value), std::begin(b.value), std::end(b.value));
 }
 
-// Those that have come by the last row, in the order of their times. What push refuses for its value is left out.
+// Aids that have arrived by the last row, in the order of their times. Values that push refuses are not used.
 hnav_status Arrays::take_aids() {
     aids_ = static_cast<ins::Sample*>(take_block(in_.aids * sizeof(ins::Sample) + 1));
     if (!aids_) return object_->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu aids", in_.aids);
@@ -90,7 +90,7 @@ hnav_status Arrays::check_times() const {
     return HNAV_OK;
 }
 
-// Whether the body stands is what the filter said.
+// at_rest is that of the filter.
 void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
     if (!is_told(row)) return;
     const std::size_t i = row / every_;

@@ -1,4 +1,4 @@
-// The one line that says what was wrong: kept in an object, or written where the caller of a create call wants it.
+// The one-line message of a failure: kept in an object, or written into the buffer of a create call.
 #pragma once
 
 #include "base/option_list.hpp"
@@ -29,8 +29,8 @@
 
 namespace hnav {
 
-// The last complaint of an object, which its message call hands out. Numbers in it would take printf, which is half as large as
-// a filter: the small build says what the status means.
+// The last message of an object, returned by its message call. Numbers in it would need printf, which is half as large as
+// a filter: the small build has the text of the status.
 template <std::size_t size>
 struct KeptMessage {
     mutable std::conditional_t<small_build, const char*, char[size]> message = "";
@@ -48,7 +48,7 @@ struct KeptMessage {
     }
 };
 
-// The complaint of a create call, in the caller's characters; there may be none of them.
+// The message of a create call, in the caller's buffer, which may be null.
 struct CallersMessage {
     char* message;
     std::size_t message_size;
@@ -94,7 +94,7 @@ struct CallersMessage {
         case Origin::here: return HNAV_OK;
         case Origin::other_version:
             return fail(HNAV_ERROR_OPTIONS_STAMP,
-                        "options were made by %s of hnav %d.%d.%d, this is hnav %s: make them anew by the library that is used",
+                        "options were made by %s of hnav %d.%d.%d, this is hnav %s: make them with the linked library",
                         list.defaults_call, made.major, made.minor, made.patch, hnav_version());
         case Origin::other_list:
             return fail(HNAV_ERROR_OPTIONS_STAMP, "options were made by another call than %s, which this object needs",
@@ -110,7 +110,7 @@ private:
         clear();
         append(hnav_status_text(status));
     }
-    // As much as there is room for.
+    // Truncated to the buffer.
     void append(const char* text) const {
         if (!message || message_size == 0) return;
         const std::size_t used = std::strlen(message), count = std::min(std::strlen(text), message_size - 1 - used);
@@ -135,7 +135,7 @@ hnav_status save_numbers(const Object& object, const SavedState& saved, const vo
     return HNAV_OK;
 }
 
-// What a load call answers, and says in the message of its object; what: the object in a word, needed: bytes of its state.
+// Status and message of a load call; what: the object in a word, needed: bytes of its state.
 template <class Object>
 hnav_status load_status(const Object& object, LoadOutcome outcome, const char* what, std::size_t bytes, std::size_t needed) {
     switch (outcome) {
@@ -152,7 +152,7 @@ hnav_status load_status(const Object& object, LoadOutcome outcome, const char* w
     }
 }
 
-// Loads an object whose state is one row of numbers. assign: takes them, or answers false when no history leads to such a state.
+// Loads an object whose state is one row of numbers. assign: takes them, or returns false for numbers that are no state.
 template <class State, class Object, class Assign>
 hnav_status load_numbers(const Object& object, const SavedState& saved, const void* buffer, std::size_t bytes, const char* what,
                          Assign assign) {

@@ -1,4 +1,4 @@
-// The C boundary of the observer: how one is made, and its samples.
+// The C boundary of the observer: creation and samples.
 #include "c_api/observer.hpp"
 
 #include "base/hash.hpp"
@@ -26,7 +26,7 @@ hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
             k.input_start, k.sensor_sigma, k.gate_nis, k.min,     k.max,         k.logarithmic};
 }
 
-// The moment of a given start is a sample of its own kind.
+// A given start time is a sample on its own channel.
 void push_start(ObserverObject* o) {
     const double none = 0;
     if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
@@ -60,7 +60,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
                            "they must depend on time, states, inputs and parameters alone");
     if (!o->plant->begin_anew(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
-        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot tell its discrete state at the start%s%s", o->colon(),
+        return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());
     return HNAV_OK;
 }
@@ -83,9 +83,9 @@ hnav_status create_filter(ObserverObject* o, const hnav_observer_options& option
     e.propagator.rtol = e.atol = options.rtol;
     e.propagator.max_steps = options.max_steps;
     e.horizon_s = options.horizon_s;
-    // A sample that comes within the horizon is late, and no clock has been set.
+    // A sample within the horizon is late, not a clock jump.
     e.time_jump_limit_s = options.time_jump_limit_s > 0 ? std::fmax(options.time_jump_limit_s, options.horizon_s) : 0;
-    // The base of the chain takes a place, and so does the moment of a given start.
+    // The base of the chain and a given start time take one place each.
     e.queue_capacity = options.queue_capacity + 2;
     e.fingerprint = o->problem->fingerprint(fingerprint);
     o->trouble = {};
@@ -99,7 +99,7 @@ hnav_status create_filter(ObserverObject* o, const hnav_observer_options& option
                        options.queue_capacity);
 }
 
-// All that may hold what the plant has remembered: every part of every state, and what the model works on.
+// All holders of discrete states of the plant: every part of every state, and the workspace of the model.
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const ObserverObject*>(context);
     const hnav::observer::Layout& at = o->layout();
@@ -130,7 +130,7 @@ hnav_status complete(ObserverObject* o, const hnav_observer_options& options, co
     if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
     if (status != HNAV_OK) return status;
     o->plant->set_holders({o, each_holder});
-    // A place is used again, and another copy of this library in the process counts by itself.
+    // Addresses are reused, and another copy of this library in the process has its own counter.
     static std::atomic<std::uint64_t> made{0};
     const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
     o->own_number = hnav::hash(own, sizeof own);
@@ -151,7 +151,7 @@ hnav_status push(ObserverObject* o, const char* kind, int index, int count, int 
     return hnav::queued(o, o->filter.push({t_s, channel, &value}), what, t_s, o->filter.late_limit_s());
 }
 
-// What a plant with events lacks; null: nothing.
+// Missing functions of a plant with events; null: none.
 const char* missing_for_events(const hnav_plant& p) {
     if (p.n_indicators > 0 && !p.indicators) return "indicators";
     if (p.n_discrete > 0 && !p.get_discrete) return "get_discrete";
@@ -200,7 +200,7 @@ void ObserverObject::tell_held(double t_s) const {
     tell_trouble(what);
 }
 
-// And why: what the plant answered, if it was that.
+// With the reason, if the plant failed.
 hnav_status ObserverObject::tell_trouble(const char* what) const {
     if (!trouble.any)
         return fail(HNAV_ERROR_SOLVER,

@@ -1,4 +1,4 @@
-// The observer behind hnav_filter: a plant, what is known of it, and Filter<observer::Model> over both.
+// The observer behind hnav_filter: a plant, its statistics, and Filter<observer::Model> over both.
 #pragma once
 
 #include "base/memory.hpp"
@@ -29,12 +29,12 @@ struct ObserverObject final : hnav_filter {
 
     // The state's number at this place of the layout.
     double number(int place) const { return filter.newest().x()[place]; }
-    // Instants that were used or wait to be.
+    // Instants that have been used or are waiting.
     double instants() const { return number(layout().events) + filter.waiting(); }
     const observer::Layout& layout() const { return filter.model().layout(); }
-    // Intervals for the rest of which the plant had no answer.
+    // Intervals over the rest of which the plant failed.
     double held() const { return number(layout().counts + observer::Layout::holding); }
-    // Moves on, and counts what was dropped on the way.
+    // Advances, and counts dropped instants.
     template <class Move>
     Outcome moved(Move&& move) {
         trouble = {};
@@ -44,7 +44,7 @@ struct ObserverObject final : hnav_filter {
         if (outcome == Outcome::ok && held() > held_before) tell_held(filter.now_s());
         return outcome;
     }
-    // ": " and what the plant said of its last failure; "" when it said nothing.
+    // ": " and the plant's message of its last failure; "" without one.
     const char* colon() const { return *plant->said() ? ": " : ""; }
 
     observer::Plant* plant = nullptr;
@@ -71,7 +71,7 @@ struct ObserverObject final : hnav_filter {
     }
     double now_s() const override { return filter.now_s(); }
     hnav_status no_estimate(double t_s) const override;
-    // Leaves a message about what was held, which is no error.
+    // Writes a message about a held interval, which is no error.
     void tell_held(double t_s) const;
 
     hnav_status attitude(hnav_attitude*) const override { return unsupported("attitude"); }
@@ -109,7 +109,7 @@ private:
     }
 };
 
-// As they were before they told of events.
+// Sizes of the structs before they had fields for events.
 template <>
 inline constexpr std::size_t first_size<hnav_plant> = offsetof(hnav_plant, n_indicators);
 template <>
@@ -119,7 +119,7 @@ inline constexpr std::size_t first_size<hnav_observer_info> = offsetof(hnav_obse
 template <>
 inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hnav_observer_run_output, parts);
 
-// Makes the observer of a plant, which it takes over, whatever comes of it.
+// Makes the observer of a plant and takes ownership of it, also on failure.
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller);
 

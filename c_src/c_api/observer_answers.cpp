@@ -1,4 +1,4 @@
-// The C boundary of the observer: what it answers, arrays, saved states.
+// The C boundary of the observer: outputs, arrays, saved states.
 #include "c_api/health.hpp"
 #include "c_api/observer.hpp"
 #include "c_api/sized.hpp"
@@ -57,12 +57,12 @@ hnav_status push_row(ObserverObject* o, hnav_filter* handle, const hnav_observer
     return status ? status : push(hnav_observer_push, in.sensors, o->problem->sensors);
 }
 
-// What a snapshot begins with.
+// Header of a snapshot.
 struct SnapshotHead {
     std::uint64_t observer, dropped;
 };
 
-// Of a snapshot of this observer act takes the head, what stands behind it and its bytes, and answers whether that is whole.
+// For a snapshot of this observer, act takes the header and the following bytes, and returns whether they are complete.
 template <class Act>
 bool with_snapshot(const ObserverObject* o, const void* buffer, std::size_t bytes, Act&& act) {
     SnapshotHead head{};
@@ -71,7 +71,7 @@ bool with_snapshot(const ObserverObject* o, const void* buffer, std::size_t byte
     return act(head, static_cast<const unsigned char*>(buffer) + sizeof head, bytes - sizeof head);
 }
 
-// What the plant has remembered is held by the snapshot too, or no more.
+// The snapshot begins or ends to hold the discrete state of the plant.
 bool hold_states(const ObserverObject* o, const unsigned char* snapshot, std::size_t bytes, int by) {
     const Layout& at = o->layout();
     return o->filter.visit_snapshot(snapshot, bytes, [&](const hnav::RuntimeState& s) {

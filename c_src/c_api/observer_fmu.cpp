@@ -16,7 +16,7 @@ namespace {
 
 #ifdef HNAV_FMU_PLANTS
 
-// What is not null stands in place of what the plan says.
+// Entries that are not null replace those of the plan.
 void replace(hnav::observer::Plan& plan, const hnav_observer_statistics& known) {
     const hnav::observer::PlantSizes& sizes = plan.sizes;
     const auto take = [](const double* from, int count, double* to) {
@@ -36,7 +36,7 @@ void replace(hnav::observer::Plan& plan, const hnav_observer_statistics& known) 
     if (known.logarithmic) std::copy_n(known.logarithmic, sizes.parameters, plan.logarithmic);
 }
 
-// Of what a plan says and Problem does not know.
+// Settings of a plan that are not in Problem.
 std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t start) {
     std::uint64_t sum = hnav::hash(plan.token, sizeof plan.token, start);
     sum = hnav::hash(plan.set_value, plan.set_count * sizeof(double), sum);

@@ -1,4 +1,4 @@
-// The observer for an integrator of the caller: what flows, and what samples do to it.
+// The observer for an integrator of the caller: flow and jumps.
 #include "c_api/observer.hpp"
 
 #include <algorithm>

@@ -27,7 +27,7 @@ const struct {
     {"aircraft", hnav::aircraft_options},
 };
 
-// Null for a list that is none.
+// Null for an unknown list.
 const hnav::OptionList* list_of(const char* name) {
     for (const auto& known : lists)
         if (name && std::strcmp(name, known.name) == 0) return &known.list;

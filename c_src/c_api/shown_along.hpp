@@ -1,8 +1,8 @@
-// How what a filter shows changes with its state: the derivative along a direction in the space of the states.
+// Directional derivatives of a filter's outputs by its states.
 //
-// Attitude, rate, bias and covariance are polynomials of at most second degree in the states, but for the length of the
-// quaternion, which is taken out first: a difference between two states that lie on both sides is their derivative exactly,
-// however far apart these lie. So nothing is lost to the step, whether covariances are large or small.
+// Attitude, rate, bias and covariance are polynomials of at most second degree in the states, except for the length of the
+// quaternion, which is removed first. The difference between two states on both sides is therefore the exact derivative for any
+// step, for large and small covariances.
 #pragma once
 
 #include "attitude/common/estimate.hpp"

@@ -1,4 +1,4 @@
-// Structs that begin with their size, as hnav/types.h promises: the caller may have been compiled when they had fewer fields.
+// Structs that begin with their size (hnav/types.h): the caller may have been compiled when they had fewer fields.
 #pragma once
 
 #include "c_api/message.hpp"
@@ -14,7 +14,7 @@
 
 namespace hnav {
 
-// The size that a struct had when it was first published. One that has gained fields at its end since has that size stated
+// The size of a struct when it was first published. A struct with fields added later has this size stated
 // here.
 template <class Struct>
 inline constexpr std::size_t first_size = sizeof(Struct);
@@ -27,7 +27,7 @@ hnav_status check_size(const Object& object, const Struct& given, const char* na
                        given.size, type, type, name, name);
 }
 
-// What the caller gives; fields that it does not know are zero.
+// The caller's struct; later fields are zero.
 template <class Struct>
 Struct take_in(const Struct& given) {
     Struct whole{};
@@ -35,7 +35,7 @@ Struct take_in(const Struct& given) {
     return whole;
 }
 
-// A result, as far as its caller knows the struct.
+// A result, up to the size of the caller's struct.
 template <class Struct>
 void hand_out(Struct result, Struct* to) {
     result.size = to->size;

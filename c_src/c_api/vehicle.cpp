@@ -20,7 +20,7 @@ struct hnav_vehicle : hnav::KeptMessage<160> {
 
 namespace {
 
-// A mean reaches back before the start, by as much at the most.
+// Largest time by which a mean reaches back before the start.
 constexpr double before_start_s = 1;
 
 // Chosen: fifteen radii of the Earth, and as many radians; gravity, a series in the height, has no numbers much farther out.
@@ -77,7 +77,7 @@ void drop(hnav_vehicle** vehicle) {
     *vehicle = nullptr;
 }
 
-// What keeps a way from being followed.
+// Reason why a path cannot be followed.
 hnav_status fail(const hnav::CallersMessage& caller, const Way::Made& made) {
     switch (made.fault) {
     case Way::Fault::none: return HNAV_OK;

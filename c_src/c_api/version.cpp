@@ -1,4 +1,4 @@
-// What the library says of itself, whatever object is asked for.
+// Version and status texts of the library.
 #include "hnav/types.h"
 
 extern "C" {

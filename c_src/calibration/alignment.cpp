@@ -62,8 +62,8 @@ double refine(const Columns& u, const Columns& a, const Values& use, double outl
 
 bool align(const Columns& u, const Columns& a, const Values& use, double outlier_sigma, Values& residual, Values& scratch,
            Alignment* best) {
-    // Linear in the nine elements of R and the dip when R need not be a rotation: the direction that the rows
-    // (a u', 1) do not see holds the solution up to scale and sign.
+    // Linear in the nine elements of R and the dip if R need not be a rotation: the null direction of the rows
+    // (a u', 1) is the solution up to scale and sign.
     Matrix10 S = Matrix10::Zero();
     Index count = 0;
     for (Index i = 0; i < u.cols(); ++i) {
@@ -81,8 +81,8 @@ bool align(const Columns& u, const Columns& a, const Values& use, double outlier
     Matrix3 X;
     for (int j = 0; j < 3; ++j) X.row(j) = unseen.segment<3>(3 * j).transpose();
 
-    // A disturbed force can spoil the linear start. The sensor's axes as they are come as a third candidate: chips are
-    // rarely misaligned by much.
+    // A disturbed force can spoil the linear start. The identity is a third candidate: chips are rarely misaligned by
+    // much.
     const Matrix3 starts[] = {nearest_rotation(X), nearest_rotation(-X), Matrix3::Identity()};
     double least = INFINITY;
     for (const Matrix3& start : starts) {

@@ -1,6 +1,6 @@
-// The rotation that the ellipsoid leaves open, from specific force.
+// The rotation that an ellipsoid does not determine, from specific force.
 //
-// The ellipsoid says |B (m - o)| = 1, and so does any rotation of B. But field and gravity keep their angle, whatever the
+// The ellipsoid determines |B (m - o)| = 1, which any rotation of B satisfies. The angle of field and gravity is constant for every
 // attitude: with a = -down the direction of specific force at rest,  a . R u = -sin(dip)  for u = B (m - o)
 // (Kok, Hol, Schon, Gustafsson, Luinge, "Calibration of a magnetometer in combination with inertial sensors", 2012,
 // section 4.2).
@@ -12,7 +12,7 @@
 namespace hnav {
 
 struct Alignment {
-    Matrix3 R;        // turns u into the axes of the force
+    Matrix3 R; // turns u into the axes of the force
     double sin_dip;
     double condition; // of the linear problem: largest over second smallest eigenvalue
 };

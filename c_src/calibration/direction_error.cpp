@@ -9,8 +9,8 @@ namespace {
 
 constexpr Index blocks = 40;
 constexpr int directions = 64, gap_directions = 400;
-constexpr double gap_share = 0.01; // of the samples that may lie in a gap: a few outliers fill none
-// Quantile of the normal distribution for 95 of 100: a margin, for nine of ten are promised and the covariance is estimated.
+constexpr double gap_share = 0.01; // share of samples allowed in a gap: a few outliers do not fill it
+// Quantile of the normal distribution for 95 of 100: a margin over the promised nine of ten, since the covariance is estimated.
 constexpr double promised = 1.6449;
 
 // Directions spread evenly over the sphere: the spiral of Fibonacci.
@@ -37,7 +37,7 @@ Freedom freedom_of(Unknowns unknowns, const Matrix13& JtJ) {
         }
         return of;
     }
-    // Without force the four weakest directions are the rotation and the dip, which no equation sees.
+    // Without force the four weakest directions are the rotation and the dip, which no equation determines.
     of.count = unknowns == Unknowns::all ? 13 : 9;
     Matrix13 vectors;
     symmetric_eigenvalues(JtJ, &vectors);
@@ -48,24 +48,24 @@ Freedom freedom_of(Unknowns unknowns, const Matrix13& JtJ) {
 // JtJ^-1 right within the freedom.
 Vector13 solve_within(const Freedom& of, const Matrix13& JtJ, const Vector13& right) {
     Matrix13 information = of.basis.transpose() * JtJ * of.basis;
-    for (int k = of.count; k < 13; ++k) information(k, k) = 1; // what is left out stands apart
+    for (int k = of.count; k < 13; ++k) information(k, k) = 1; // omitted unknowns are decoupled
     return of.basis * solve_symmetric(information, Vector13(of.basis.transpose() * right));
 }
 
-// Mean square of what a step of the unknowns turns, over the sphere: step' W step.
+// Mean square rotation of directions by a step of the unknowns, over the sphere: step' W step.
 Matrix13 turn_of_steps(const Correction& c) {
     const Matrix3 M_inverse = c.M.inverse();
     Matrix13 W = Matrix13::Zero();
     for (int k = 0; k < directions; ++k) {
         const Vector3 p = direction(k);
         Matrix3x13 across = J_corrected(c, M_inverse * p);
-        across -= p * (p.transpose() * across).eval(); // a change of length turns nothing
+        across -= p * (p.transpose() * across).eval(); // a change of length is no rotation
         W += across.transpose() * across / directions;
     }
     return W;
 }
 
-// The sample of field and force that the correction explains and that is nearest.
+// The nearest sample of field and force that the correction explains exactly.
 struct Clean {
     Vector3 p, force;
     bool with_force;
@@ -80,7 +80,7 @@ Clean clean_sample(const Samples& s, const Correction& c, Index i, bool with_for
     return clean;
 }
 
-// Adds what the equations of a sample come to when its field and force are moved.
+// Adds the equations of a sample at a displaced field and force.
 void add_moved(const Correction& c, const Matrix3& M_inverse, const Scales& scales, const Clean& clean, const Vector3& field_step,
                const Vector3& force_step, Vector13& Jtr) {
     const Vector3 p = clean.p + field_step, force = clean.force + force_step;
@@ -93,12 +93,12 @@ void add_moved(const Correction& c, const Matrix3& M_inverse, const Scales& scal
     accumulate(c, M_inverse * p, force, of, nullptr, Jtr);
 }
 
-// Mean of the equations over the noise of the samples that are no outliers, which is zero where noise pushes nothing: along
-// each axis a second difference over the noise's root of three, exact for it to the fourth power.
+// Mean of the equations over the noise of the samples without outliers; it is zero where noise has no bias. Along each axis a
+// second difference with a step of sqrt(3) sigma, exact to the fourth power.
 Vector13 push_of_noise(const Samples& s, const Correction& c, bool with_force, const Scales& scales) {
     const Matrix3 M_inverse = c.M.inverse();
     const double field = std::sqrt(3.0) * scales.length;
-    // What scatters the angle beyond the field's noise is the force's.
+    // Scatter of the angle beyond the field's noise is noise of the force.
     const double force2 = square(scales.angle) - square(scales.length) * (1 - square(c.sin_dip));
     const double force = std::sqrt(3.0 * std::fmax(force2, 0));
     const double limit = (scales.outlier > 0 ? scales.outlier : INFINITY) * scales.length;
@@ -141,8 +141,8 @@ double direction_error(double outlier_sigma, Unknowns unknowns, Samples& s, cons
     Values length = s.residual(), angle = s.angle();
     residuals(s, c, with_force, length, angle);
     const Slopes slopes = slopes_of(s, weigh(outlier_sigma, with_force, s));
-    // Neighbouring samples err alike (slow motion, acceleration, distorted places), so their number says little, and a few
-    // samples may be all that holds an unknown. Each block of time is left out in turn, and what the fit moves by then is the
+    // Neighbouring samples have correlated errors (slow motion, acceleration, distorted places), so their number is no measure of
+    // information, and a few samples may determine an unknown. Each block of time is omitted in turn, and the change of the fit is the
     // measure: the jackknife with clusters (Cameron and Miller 2015, "A practitioner's guide to cluster-robust inference",
     // section VI.B).
     Matrix13 JtJ = Matrix13::Zero();

@@ -1,27 +1,27 @@
-// How far the direction of the corrected field is from the true one: root mean squares over all directions of the sphere,
-// not only those that were sampled, so that the part of the sphere that was left out shows.
+// Error of the direction of the corrected field: root mean square over all directions of the sphere, not only the sampled
+// ones, so that a part of the sphere without samples increases it.
 #pragma once
 
 #include "calibration/joint_fit.hpp"
 
 namespace hnav {
 
-// What a fit was free to choose.
+// Free unknowns of a fit.
 enum class Unknowns {
     all,
     no_rotation,      // without force: the rotation is taken as it is
     centre_and_radius // hard iron alone
 };
 
-// Takes off what noise pushes the fit by, and returns how far that turns directions, in rad. Noise lengthens the field on the
-// mean and moves the samples at which the equations are differentiated: where part of the sphere is missing, the ellipsoid
-// comes out too small by the variance of the noise times a leverage that no number of samples makes less.
+// Subtracts the bias of the fit caused by noise, and returns the rotation of directions by it, in rad. Noise lengthens the field on
+// the mean and moves the points of linearisation: if part of the sphere is missing, the ellipsoid is too small by the variance of
+// the noise times a factor that more samples do not reduce.
 double take_off_push(double outlier_sigma, Unknowns unknowns, Samples& samples, Correction* correction);
 
-// The error in rad that nine of ten fits stay below, or more.
+// The error in rad that is exceeded by at most one of ten fits.
 double direction_error(double outlier_sigma, Unknowns unknowns, Samples& samples, const Correction& correction);
 
-// Part of the sphere without samples, but for one in a hundred: they lie further than the angle from the direction.
+// Part of the sphere without samples, except one in a hundred: they are farther than the angle from the direction.
 struct Gap {
     Vector3 direction;
     double angle_rad;
@@ -30,7 +30,7 @@ struct Gap {
 // The largest, of the columns whose use is not zero. lengths, scratch: room for a number of each column.
 Gap largest_gap(const Columns& u, const Values& use, Values& lengths, Values& scratch);
 
-// Between the directions that two corrections give one field, in rad.
+// Angle between the directions of one field by two corrections, in rad.
 double direction_difference(const Correction& one, const Correction& other);
 
 } // namespace hnav

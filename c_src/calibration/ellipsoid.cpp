@@ -14,7 +14,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix64 = Eigen::Matrix<double, 6, 4>;
 using Matrix10 = Eigen::Matrix<double, 10, 10>;
 
-constexpr int reweightings = 10; // the weights have settled long before
+constexpr int reweightings = 10; // the weights converge long before
 
 // Monomials of the quadric p . (x2 y2 z2 2yz 2xz 2xy 2x 2y 2z 1) = 0.
 Vector10 monomials(const Vector3& v) {
@@ -73,7 +73,7 @@ bool fit_ellipsoid(const Columns& z, double outlier_sigma, Values& weight, Value
         }
         S /= weight.sum();
         // An exact ellipsoid leaves one eigenvalue of zero. When the next is small as well, another quadric fits nearly
-        // as well, and the data cannot tell which is the right one.
+        // as well, and the data do not distinguish them.
         const Vector10 eigenvalues = symmetric_eigenvalues(S, nullptr);
         const double second = std::fmax(eigenvalues[1], 1e-300);
         e->condition = eigenvalues[9] / second;
@@ -109,7 +109,7 @@ Sphere fit_sphere(const Columns& z, double outlier_sigma, double thin, Values& w
         }
         Matrix3 axes;
         const Vector3 spreads2 = symmetric_eigenvalues(covariance, &axes);
-        // Directions in which the samples hardly spread are left out.
+        // Directions with hardly any spread of the samples are omitted.
         Matrix3 inverse = Matrix3::Zero();
         sphere.plane = Matrix3::Zero();
         sphere.axes = 0;

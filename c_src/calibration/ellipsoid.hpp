@@ -1,7 +1,7 @@
 // Ellipsoid and sphere through field samples.
 //
-// A magnetometer that turns in a constant field sees a sphere; hard iron shifts it, soft iron, scale and misalignment
-// make it an ellipsoid:  (z - o)' A (z - o) = 1.
+// The samples of a magnetometer turning in a constant field are on a sphere; hard iron shifts it, soft iron, scale and
+// misalignment deform it to an ellipsoid:  (z - o)' A (z - o) = 1.
 #pragma once
 
 #include "calibration/robust.hpp"
@@ -16,8 +16,8 @@ struct Ellipsoid {
     double ambiguity;    // smallest over second smallest eigenvalue: 0 one quadric fits, 1 two fit equally well
 };
 
-// z: samples about their mean, scaled to a root mean square distance of 1; the conditioning of the problem rests on it.
-// outlier_sigma: 0 for the plain fit, else samples further than this many robust standard deviations lose their weight.
+// z: samples about their mean, scaled to a root mean square distance of 1, for the conditioning of the problem.
+// outlier_sigma: 0 for the plain fit, else samples beyond this many robust standard deviations are down-weighted.
 // On return weight holds the last weights. False when no ellipsoid fits; condition and ambiguity are set all the same.
 bool fit_ellipsoid(const Columns& z, double outlier_sigma, Values& weight, Values& residual, Values& scratch,
                    Ellipsoid* ellipsoid);
@@ -29,7 +29,7 @@ struct Sphere {
 };
 
 // The same for hard iron alone. thin: smallest spread across the samples over the largest that still counts as
-// three-dimensional. Across the plane of flat samples the centre is their mean: nothing better is known.
+// three-dimensional. Across the plane of flat samples the centre is their mean.
 Sphere fit_sphere(const Columns& z, double outlier_sigma, double thin, Values& weight, Values& residual, Values& scratch);
 
 } // namespace hnav

@@ -1,4 +1,4 @@
-// The equations of joint_fit.hpp with their weights and derivatives, for the fit and for what its error is.
+// The equations of joint_fit.hpp with their weights and derivatives, for the fit and its error.
 #pragma once
 
 #include "calibration/decompositions.hpp"
@@ -11,7 +11,7 @@ using Vector13 = VectorOf<13>; // nine elements of M row by row, three of o, sin
 using Matrix13 = SquareOf<13>;
 using Matrix3x13 = Eigen::Matrix<double, 3, 13>;
 
-// with_force: else the second equation counts for nothing.
+// with_force: otherwise the second equation has no weight.
 inline void residuals(const Samples& s, const Correction& c, bool with_force, Values& length, Values& angle) {
     const Columns z = s.z(), a = s.a();
     const Values trust = s.trust();
@@ -24,13 +24,13 @@ inline void residuals(const Samples& s, const Correction& c, bool with_force, Va
     }
 }
 
-// What residuals are measured by: their scatter, and how many of it a good sample may be off (0: no limit).
+// Scale of the residuals: their scatter, and the limit of a good sample in units of it (0: none).
 struct Scales {
     double length, angle, outlier;
 };
 
-// How fast weight times residual grows with the residual, over the weight, on the mean over the samples. Less than 1, for
-// weights fall: without it the equations would seem to know more than they do.
+// Slope of weight times residual by the residual, over the weight, mean over the samples. Less than 1, because weights
+// decrease: without it the information of the equations would be overestimated.
 struct Slopes {
     double length = 1, angle = 1;
 };

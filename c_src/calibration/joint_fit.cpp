@@ -5,7 +5,7 @@
 namespace hnav {
 namespace {
 
-constexpr int passes = 50;        // a few suffice once the weights have settled
+constexpr int passes = 50;        // a few suffice once the weights have converged
 constexpr double settled = 1e-12; // step in units of the field strength
 
 double cost(const Samples& s) {
@@ -33,7 +33,7 @@ void refine(double outlier_sigma, bool with_force, Samples& s, Correction* c) {
         Vector13 step = Vector13::Zero();
         for (int attempt = 0; attempt < 8 && !better; ++attempt) {
             Matrix13 damped = JtJ;
-            // The second term holds unknowns that no equation sees.
+            // The second term damps unknowns that no equation determines.
             damped.diagonal() += damping * (JtJ.diagonal() + Vector13::Constant(1e-6 * JtJ.trace()));
             step = -solve_symmetric(damped, Jtr);
             const Correction next = moved(*c, step);

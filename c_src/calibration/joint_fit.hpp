@@ -12,9 +12,9 @@ struct Correction {
     double sin_dip;
 };
 
-// Refines all 13 unknowns by Levenberg and Marquardt with robust weights. Each equation is divided by the scatter it
-// shows, which makes this maximum likelihood with the force as noisy as it is (Kok et al. 2012, section 4). Without force
-// the rotation in M is free; the damping holds it. outlier_sigma: 0 for plain least squares.
+// Refines all 13 unknowns by Levenberg-Marquardt with robust weights. Each equation is divided by its observed scatter,
+// which makes this maximum likelihood with the actual noise of the force (Kok et al. 2012, section 4). Without force
+// the rotation in M is free and fixed by the damping. outlier_sigma: 0 for plain least squares.
 void refine(double outlier_sigma, bool with_force, Samples& samples, Correction* correction);
 
 } // namespace hnav

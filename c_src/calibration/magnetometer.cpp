@@ -14,16 +14,16 @@ namespace {
 
 constexpr double thin = 0.1;          // out-of-plane over in-plane spread below which samples count as flat
 constexpr double new_attitude = 0.05; // change of field or gravity, relative, that makes a sample a new one
-constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron makes less
-// For force to be believed: largest dip spread with the rotation it gives, and that over the spread without.
+constexpr double round_enough = 0.2;  // scatter about a sphere, in radii; soft iron causes less
+// Conditions to use the force: largest dip spread with its rotation, and largest ratio to the spread without.
 constexpr double gravity_spread_rad = 3 * M_PI / 180;
 constexpr double rotation_gain = 0.9;
 constexpr double push_unknown = 0.5;
 constexpr double least_tilt_rad = 25 * M_PI / 180;
-constexpr double useless_rad = 10 * M_PI / 180; // with a rotation that was given up: chips are misaligned by less
+constexpr double useless_rad = 10 * M_PI / 180; // with a rotation that was not estimated: chips are misaligned by less
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// Dip of a field u (n columns) where the force is trusted: median and robust standard deviation.
+// Dip of a field u (n columns) where the force is accepted: median and robust standard deviation.
 void dip_figures(const Columns& u, const Samples& s, double* dip_rad, double* spread_rad) {
     const Columns a = s.a();
     const Values trust = s.trust();
@@ -87,13 +87,13 @@ double dip_spread(const Correction& correction, const Samples& s) {
     return spread_rad;
 }
 
-// The factor of the same ellipsoid that turns the field least: P of the polar decomposition M = R P.
+// The factor of the same ellipsoid with the smallest rotation of the field: P of the polar decomposition M = R P.
 Matrix3 symmetric_factor(const Matrix3& M) {
     const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullV);
     return svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
 }
 
-// Marks the samples within the limit in s.weight and fills in what the user judges the answer by. u: corrected fields.
+// Marks the samples within the limit in s.weight and fills in the figures of merit. u: corrected fields.
 void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Columns& z, MagnetometerCalibration* c) {
     Values inlier = s.weight(), residual = s.residual(), angle = s.angle(), scratch = s.scratch();
     const double limit = outlier_sigma * robust_sigma(residual, scratch);
@@ -115,7 +115,7 @@ void judge(double outlier_sigma, const Vector3& middle, Samples& s, const Column
     dip_figures(raw, s, &dip_before, &c->dip_spread_before_rad);
 }
 
-// Refined, without what noise pushed it by, and its error. What is taken off is known to a half only.
+// The refined fit without its bias by noise, and its error. The bias is known to half of its size.
 double refined_error(double loss_sigma, Unknowns unknowns, Samples& s, Correction* correction) {
     refine(loss_sigma, unknowns == Unknowns::all, s, correction);
     const double pushed = take_off_push(loss_sigma, unknowns, s, correction);
@@ -123,10 +123,10 @@ double refined_error(double loss_sigma, Unknowns unknowns, Samples& s, Correctio
     return std::hypot(direction_error(loss_sigma, unknowns, s, *correction), push_unknown * pushed);
 }
 
-// The rotation between field and force, where gravity shows one: the correction turned by it takes the place of the symmetric
-// one. A force that stays far from one angle to the field is not gravity. A rotation that explains little of the scatter has
-// been fitted to what else is in it (places with another field, accelerations), and one that is badly known does harm: chips
-// are rarely misaligned by much. What is given up is part of the error.
+// The rotation between field and force, if gravity determines one; it replaces the symmetric correction.
+// A force whose angle to the field is not constant is not gravity. A rotation that explains little of the scatter has been
+// fitted to other errors (variation of the field with position, accelerations), and an inaccurate one does harm: chips are
+// rarely misaligned by much. The error of an omitted rotation is included in the stated error.
 void turn_by_gravity(const hnav_magnetometer_options& options, double loss_sigma, const Ellipsoid& ellipsoid,
                      const Alignment& alignment, Samples& s, Correction* correction, MagnetometerCalibration* c) {
     Correction turned{alignment.R * ellipsoid.root, ellipsoid.centre, alignment.sin_dip};
@@ -146,7 +146,7 @@ void turn_by_gravity(const hnav_magnetometer_options& options, double loss_sigma
         c->rotation == Rotation::found ? error : std::hypot(c->direction_sigma_rad, std::hypot(error, c->rotation_rad));
 }
 
-// The ellipsoid through the samples, refined, and turned by gravity where that is known.
+// The ellipsoid through the samples, refined, and turned by gravity if that is observable.
 Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Correction* correction,
                         MagnetometerCalibration* c) {
     const Columns z = s.z();
@@ -176,13 +176,13 @@ Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Co
     return Refusal::none;
 }
 
-// Whether the correction can be believed, by its shape, its uncertainty, and what it makes of the samples.
+// Whether the correction is accepted: its shape, its uncertainty, and the corrected samples.
 Refusal judge_correction(const hnav_magnetometer_options& options, const Vector3& middle_z, const Correction& correction,
                          Samples& s, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values residual = s.residual(), angle = s.angle(), scratch = s.scratch();
-    // Gravity says how far the sensor was tilted, whatever outliers of the field may seem to fill of the sphere.
+    // Gravity measures the tilt of the sensor, independent of outliers of the field that seem to cover the sphere.
     if (c->force_samples >= options.min_samples) {
         c->tilt_rad = M_PI - largest_gap(s.a(), s.trust(), angle, scratch).angle_rad;
         if (c->tilt_rad < least_tilt_rad) return Refusal::little_tilt;
@@ -210,7 +210,7 @@ Refusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle
     if (const Refusal why = find_correction(options, s, &correction, c); why != Refusal::none) return why;
     if (const Refusal why = judge_correction(options, middle / scale, correction, s, c); why != Refusal::none) return why;
 
-    // The ellipsoid has no unit: a determinant of 1 keeps the strength on the mean over all directions.
+    // The ellipsoid has no unit: with a determinant of 1 the mean strength over all directions is unchanged.
     const double size = std::cbrt(correction.M.determinant());
     c->offset = middle + scale * correction.o;
     c->matrix = correction.M / size;
@@ -220,7 +220,7 @@ Refusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle
     return Refusal::none;
 }
 
-// False when not even the centre of a circle is determined, or too badly.
+// False if the centre of a circle is not determined, or too inaccurate.
 bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& middle, double scale, Samples& s,
                    MagnetometerCalibration* c) {
     const Columns z = s.z();
@@ -228,7 +228,7 @@ bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& midd
     const double loss_sigma = options.robust ? options.outlier_sigma : 0;
     const Sphere sphere = fit_sphere(z, loss_sigma, thin, weight, residual, scratch);
     if (sphere.axes < 2 || !sphere.centre.allFinite()) return false;
-    // Across the plane of flat samples the field is left as it was.
+    // Across the plane of flat samples the field is unchanged.
     c->offset = sphere.plane * (middle + scale * sphere.centre);
     c->matrix.setIdentity();
     c->offset_axes = sphere.axes;
@@ -243,9 +243,9 @@ bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& midd
     }
     c->strength = scale * median(scratch.data(), s.count);
     judge(options.outlier_sigma, middle / scale, s, z, c);
-    // Through samples that fill a disc or a cap a sphere fits as badly as any other.
+    // For samples that fill a disc or a cap every sphere fits equally badly.
     if (!(robust_sigma(residual, scratch) < round_enough) || c->residual_after > c->residual_before) return false;
-    c->direction_sigma_rad = not_a_number; // in a plane the direction out of it is not known
+    c->direction_sigma_rad = not_a_number; // the direction out of a plane is not determined
     if (sphere.axes < 3) return true;
     const Correction correction{Matrix3::Identity() / radius, sphere.centre, 0};
     c->direction_sigma_rad = direction_error(loss_sigma, Unknowns::centre_and_radius, s, correction);

@@ -1,4 +1,4 @@
-// Robust scale and weights: what lets a fit live with samples that do not belong to it.
+// Robust scale and weights for fits with outliers.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@ using Index = Eigen::Index;
 using Columns = Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>>; // one sample for each column
 using Values = Eigen::Map<Eigen::VectorXd>;                           // one number for each sample
 
-// Smallest scale that a residual is measured by, in units of the field strength: so that rounding in exact data is not
+// Smallest scale of residuals, in units of the field strength, so that rounding in exact data is not
 // taken for outliers.
 constexpr double least_sigma = 1e-9;
 

@@ -1,4 +1,4 @@
-// The samples of a calibration, made ready: missing rows left out, field centred and scaled, forces judged.
+// The samples of a calibration: without missing rows, field centred and scaled, forces tested.
 #pragma once
 
 #include "calibration/robust.hpp"
@@ -10,7 +10,7 @@
 
 namespace hnav {
 
-// What all steps work on: normalised samples and a few numbers for each, in one block.
+// Normalised samples and a few numbers for each, in one block.
 class Samples {
 public:
     explicit Samples(Index n)
@@ -40,7 +40,7 @@ private:
     Index n_;
 };
 
-// Takes over the rows that have a field.
+// Copies the rows with a field.
 inline void gather(Index n, const double* field, const double* force, Samples& s) {
     for (Index i = 0; i < n; ++i) s.count += !std::isnan(field[3 * i]);
     Columns z = s.z(), a = s.a();
@@ -64,7 +64,7 @@ inline void normalise(Samples& s, Vector3* middle, double* scale) {
     for (Index i = 0; i < s.count; ++i) z.col(i) = (z.col(i) - *middle) / *scale;
 }
 
-// Gravity has one length: a force of another length holds acceleration as well and is not trusted.
+// Gravity has one length: a force of another length contains acceleration and is rejected.
 inline void choose_forces(double tolerance, Samples& s) {
     Columns a = s.a();
     Values trust = s.trust(), scratch = s.scratch();
@@ -79,8 +79,8 @@ inline void choose_forces(double tolerance, Samples& s) {
     }
 }
 
-// Leaves out samples that saw no new attitude: neither the field nor gravity has moved since the last one kept. A sensor
-// that lies still for half of the recording would else decide everything that rests on a median.
+// Omits samples without a new attitude: neither field nor gravity has changed since the last one kept. Otherwise a sensor
+// at rest for half of the recording would determine every median.
 inline void drop_rests(double step, Samples& s) {
     Columns z = s.z(), a = s.a();
     Values trust = s.trust();

@@ -54,7 +54,7 @@ void Augmented::prepare() {
     Q_now_ = Q_;
     V_.topRows(nx).noalias() = model_.Q * model_.H.transpose();
     HQH_.noalias() = model_.H * V_.topRows(nx);
-    // One channel after the other needs noise that the channels do not share.
+    // Sequential corrections need uncorrelated noise of the channels.
     sequential_ = model_.Qv_is_diagonal && (nl_ || LinearModel::is_diagonal(model_.Lambda0));
     for (int i = 0; i < model_.nz; ++i) {
         zero_[i] = 0;
@@ -127,10 +127,10 @@ bool Augmented::correct(const double* z, const int* present, int count, bool pre
     out.S = base_;
     for (int i = 0; i < nz; ++i) out.S(i, i) += scale[i] * model_.Qv(i, i);
     if (!model_.Qv_is_diagonal) add_shared_noise(scale, out.S);
-    if (!nl_) base_ -= model_.Lambda0; // from here on H P H' alone
+    if (!nl_) base_ -= model_.Lambda0; // from here on H P H' only
     if (lag_ && predicted && !look_back(present, count, out)) return false;
     const bool good = sequential_ ? correct_by_channel(z, present, count, scale, out) : correct_at_once(present, count, out);
-    if (lag_ && !predicted) { // the first sample: nothing to look back on
+    if (lag_ && !predicted) { // the first sample has no previous step
         X_before_ = X_;
         P_before_ = P_;
     }

@@ -1,4 +1,4 @@
-// The Kalman filter on X = [x; lambda]: coloured errors are states like any other. Optimal, whatever v.
+// The Kalman filter on X = [x; lambda]: coloured errors are states. Optimal for any v.
 //
 //   F = diag(A, An), Ha = [H I], R = Qv (scaled by the adaptation)
 //   predict   X = F X + [B; 0] u,  P = F P F' + diag(G Qw G', Bn QU Bn')
@@ -8,7 +8,7 @@
 //   A. E. Bryson, D. E. Johansen, Linear filtering for time-varying systems using measurements containing colored noise,
 //   IEEE Trans. Automatic Control 10(1), 1965. B. D. O. Anderson, J. B. Moore, Optimal Filtering, 1979, 7.3 (fixed lag).
 //
-// The same class without the states lambda is the plain Kalman filter, which takes lambda for white noise of covariance
+// Without the states lambda the class is the plain Kalman filter, which treats lambda as white noise of covariance
 // Lambda0: R = Qv + Lambda0.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace hnav {
 
-// What the last step found out, for the caller to read.
+// Results of the last step.
 struct StepResult {
     StepResult(MatrixArena& state, int nz) : innovation(state.vector(nz)), S(state.matrix(nz, nz)), nis(state.doubles(1)) {}
     Vector innovation; // NaN in a missing channel
@@ -37,12 +37,12 @@ public:
 
     void predict(const double* u);
 
-    // present: the channels of z that count; predicted: predict went before, so there is a step to look back over.
-    // joint: null unless it is what judges the noise. False: S is not positive definite.
+    // present: the channels of z with a sample; predicted: after predict, so that lag one has a previous step.
+    // joint: null for another noise scaling. False: S is not positive definite.
     bool correct(const double* z, const int* present, int count, bool predicted, NoiseScale& noise, JointHypotheses* joint,
                  StepResult& out);
 
-    // The estimate that outputs show: at this step, or one before.
+    // The estimate of the outputs: of this step, or of the previous one.
     const Vector& shown_X() const { return lag_ ? X_before_ : X_; }
     const Matrix& shown_P() const { return lag_ ? P_before_ : P_; }
 
@@ -53,7 +53,7 @@ private:
     // H P H' and, in the plain form, Lambda0.
     void expect();
 
-    // P with the process as lively, and the errors as far away, as the hypotheses have found them.
+    // P with the process noise, and the variances of lambda, of the hypotheses.
     void enlarge(const JointHypotheses& joint);
 
     // The rest of a full Qv, scaled as standard deviations are, so that it stays a covariance.

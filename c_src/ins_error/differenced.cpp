@@ -5,7 +5,7 @@
 
 namespace hnav {
 
-// E P E': written once, for each product of matrices takes its second of compile time.
+// E P E': written once, since each product of matrices takes a second of compile time.
 template <class Covariance>
 static Small sandwich(const Small& E, const Covariance& P) {
     return E * P * E.transpose();
@@ -95,7 +95,7 @@ bool Differenced::step(const double* u, const double* z, const double* z_before,
                        StepResult& out) {
     const int nx = model_.nx, nz = model_.nz;
     const int count = d_.innovate(z, z_before, u, x_, present, out.innovation);
-    // An V An' with the noise of the sample before as it was scaled then; its diagonal goes to the adaptation.
+    // An V An' with the noise of the previous sample as scaled then; its diagonal is used by the adaptation.
     Small old(nz, nz), healthy = model_.An * model_.Qv * model_.An.transpose();
     old = healthy;
     if (model_.Qv_is_diagonal) old = model_.An * v_before_.asDiagonal() * model_.An.transpose();

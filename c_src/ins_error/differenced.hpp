@@ -1,4 +1,4 @@
-// Measurement differencing: z(k) - An z(k-1) no longer holds lambda, only its driving noise.
+// Measurement differencing: z(k) - An z(k-1) does not contain lambda, only its driving noise.
 //
 //   mu(k) = z(k) - An z(k-1) = Hd x(k-1) + H B u(k-1) + xi,  Hd = H A - An H
 //   xi = H G w(k-1) + Bn U(k-1) + v(k) - An v(k-1),  R = H G Qw G'H' + Bn QU Bn' + Qv + An Qv An',  C = G Qw G'H'
@@ -10,7 +10,7 @@
 
 namespace hnav {
 
-// What both differencing filters need of a model.
+// The model of both differencing filters.
 struct Differences {
     Differences(MatrixArena& work, const LinearModel& of)
         : model(of),
@@ -21,7 +21,7 @@ struct Differences {
 
     void prepare();
 
-    // mu - HB u - Hd x in the channels whose difference exists; the number of these channels goes to `present`.
+    // mu - HB u - Hd x in the channels with a difference; `present` is their number.
     int innovate(const double* z, const double* z_before, const double* u, const Vector& x, int* present, Vector& nu) const;
 
     const LinearModel& model;
@@ -29,14 +29,14 @@ struct Differences {
     Matrix driven; // R without v: H G Qw G'H' + Bn QU Bn'
 };
 
-// The paper's filter as it is printed, (12)-(16), and its adaptation, up to (24). Step k uses mu(k) = z(k+1) - An z(k), so
-// the estimate is of the step before the newest measurement; z(0) alone says nothing.
+// The paper's filter as printed, (12)-(16), and its adaptation, up to (24). Step k uses mu(k) = z(k+1) - An z(k), so
+// the estimate is of the step before the newest measurement; z(0) is not used.
 //
 //   K = (P Hd' + C) Omega*^-1,  P <- P - K Omega K',  Omega = Hd P Hd' + R + Hd C + C'Hd'
 //   Omega*: with S* R for R,  S* = diag(max(1, S_ii)),  S = [(1/M) sum Delta Delta' - Hd P Hd' - Hd C - C'Hd'] R^-1
 //
-// What is wrong with it: xi is not white; C belongs in the next prediction; R also holds process noise; max(1, .) is
-// biased; the adaptation reaches K but not P. It is here to be compared with.
+// Its errors: xi is not white; C belongs in the next prediction; R also holds process noise; max(1, .) is
+// biased; the adaptation changes K but not P. It serves for comparison.
 class Printed {
 public:
     Printed(MatrixArena& state, MatrixArena& work, const LinearModel& model, int window);
@@ -49,13 +49,13 @@ public:
     const Vector& shown_x() const { return x_; }
     const Matrix& shown_P() const { return P_; }
 
-    // first: x0 is already the prior of the step that mu is about. False: Omega is singular.
+    // first: x0 is already the prior of the step of mu. False: Omega is singular.
     bool step(const double* u, const double* z, const double* z_before, bool first, int* present, StepResult& out);
 
 private:
     void predict();
 
-    // Channels missing together leave no product in the window; such a product counts as expected.
+    // Channels that are missing together have no product in the window; its expectation replaces it.
     void match(const Vector& delta);
 
     bool correct(const int* present, int count, StepResult& out);
@@ -72,8 +72,8 @@ private:
     Vector moved_;
 };
 
-// Differencing done right: the estimate of the step of the newest measurement, C where it belongs, z(0) used. Exact when
-// v = 0; otherwise xi is taken for white, which is what differencing cannot avoid without more states.
+// The corrected form: estimate of the step of the newest measurement, C in the next prediction, z(0) used. Exact when
+// v = 0; otherwise xi is treated as white, which differencing cannot avoid without more states.
 //
 //   e = z(k) - An z(k-1) - H B u - Hd x,  S = Hd P Hd' + R,  K = (A P Hd' + C) S^-1,  x <- A x + B u + K e
 //   P <- (A - K Hd) P (A - K Hd)' + (I - K H) G Qw G' (I - K H)' + K (Bn QU Bn' + Qv + An Qv An') K'
@@ -90,7 +90,7 @@ public:
 
     void start();
 
-    // z(0) is the only sample that says where x is, not how it moves.
+    // z(0) is the only sample that measures x itself and not its change.
     bool correct_first(const double* z, const int* present, int count, NoiseScale& noise, StepResult& out);
 
     bool step(const double* u, const double* z, const double* z_before, int* present, NoiseScale& noise, StepResult& out);

@@ -1,4 +1,4 @@
-// One filter over the five forms: what a step does, what it leaves to read, and the state that makes it go on bit for bit.
+// One filter over the five forms: a step, its outputs, and the state from which it continues bit for bit.
 #pragma once
 
 #include "ins_error/augmented.hpp"
@@ -23,8 +23,8 @@ class InsErrorFilter {
 public:
     using Model = LinearModel;
 
-    // state: what a saved filter holds; work: the rest; spare: as many bytes as state. Built twice, the first time on
-    // arenas without memory, to learn how much they need.
+    // state: contents of a saved filter; work: the rest; spare: as many bytes as state. Constructed twice, the first time on
+    // arenas without memory, to count the bytes.
     InsErrorFilter(MatrixArena& state, MatrixArena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
         : model(work, data),
           settings_(s),
@@ -39,7 +39,7 @@ public:
         NoiseScaleSettings scaling = s.noise;
         if (is_printed()) scaling.mode = Scaling::none; // MDKF has none, AMDKF its own
         if (scaling.mode == Scaling::joint) {
-            // Only where lambda is a state can it jump; elsewhere channels are judged by their noise alone.
+            // Only a state lambda can jump; in the other forms channels are tested for their noise only.
             const bool has_lambda = s.form == Form::augmented && data.An;
             scaling.mode = has_lambda ? Scaling::none : Scaling::hmm;
             if (has_lambda) joint_.emplace(state, work, data.nz, s.joint);
@@ -54,7 +54,7 @@ public:
 
     LinearModel model;
 
-    // A factor for each channel has no meaning for noise that channels share.
+    // A factor for each channel has no meaning for correlated noise.
     static bool scaling_has_meaning(const InsErrorSettings& s, const ModelData& m, Refusal& why) {
         const bool scaled = s.form >= Form::differenced && s.noise.mode != Scaling::none;
         if (!scaled || !m.Qv) return true;
@@ -82,7 +82,7 @@ public:
         if (kalman_) kalman_->prepare();
     }
 
-    // Back to x0 and P0, no samples.
+    // Restores x0 and P0, no samples.
     void reset() {
         *steps_ = 0;
         for (Vector* z : {&z_, &z_before_, &result_.innovation}) z->setConstant(nan);
@@ -96,7 +96,7 @@ public:
     }
 
     // u: held since the step before (not used by the first step); z: NaN where a channel is missing. False: a covariance is
-    // singular or negative, or the estimate would not be finite; everything is as before.
+    // singular or negative, or the estimate would not be finite; nothing is changed then.
     bool step(const double* u, const double* z) {
         std::copy(state_, state_ + state_count_, spare_);
         const bool first = *steps_ == 0;
@@ -114,7 +114,7 @@ public:
         } else if (differenced_) {
             good = first ? differenced_->correct_first(z, present_, count, *noise_, result_)
                          : differenced_->step(u, z, z_before_.data(), present_, *noise_, result_);
-        } else if (!first) { // the printed filter makes nothing of z(0) alone
+        } else if (!first) { // the printed filter does not use z(0) alone
             good = printed_->step(u, z, z_before_.data(), *steps_ == 1, present_, result_);
         }
         *steps_ += 1;
@@ -126,21 +126,21 @@ public:
     }
 
     double steps() const { return *steps_; }
-    // The step that the outputs are about, counted from 0.
+    // The step of the outputs, counted from 0.
     double shown_step() const { return std::fmax(0, *steps_ - 1 - is_late()); }
 
-    // State and, in the augmented form, lambda behind it.
+    // State, followed by lambda in the augmented form.
     const Vector& X() const {
         return kalman_ ? kalman_->shown_X() : differenced_ ? differenced_->shown_x() : printed_->shown_x();
     }
     const Matrix& P() const {
         return kalman_ ? kalman_->shown_P() : differenced_ ? differenced_->shown_P() : printed_->shown_P();
     }
-    // The measurement of the step that the outputs are about.
+    // The measurement of the step of the outputs.
     const Vector& shown_z() const { return is_late() && *steps_ >= 2 ? z_before_ : z_; }
     bool estimates_lambda() const { return P().rows() > model.nx; }
 
-    // Rounding can leave a variance of zero a little below it.
+    // Rounding can make a variance of zero slightly negative.
     double variance(int i) const { return std::fmax(0, P()(i, i)); }
 
     // State and standard deviations, nx each; null outputs are not written, here and below.
@@ -165,7 +165,7 @@ public:
         for (int i = 0; i < model.nz; ++i) out[i] = shown_z()[i] - out[i];
     }
 
-    // Coloured errors. Forms without them as states leave what the estimated state does not explain, z - H x, which is
+    // Coloured errors. Forms without a state lambda return z - H x, which is
     // lambda when v = 0.
     void lambda(double* value, double* sigma) const {
         const int nx = model.nx;
@@ -185,7 +185,7 @@ public:
     const StepResult& result() const { return result_; }
     const double* noise_scale() const { return printed_ ? printed_->scale() : joint_ ? joint_->scale() : noise_->scale(); }
     const double* fault_probability() const { return joint_ ? joint_->noise_probability() : noise_->fault_probability(); }
-    // By channel; zero where nothing judges it.
+    // By channel; zero without a test.
     const double* bias_probability() const { return joint_ ? joint_->bias_probability() : no_bias_; }
     double process_probability() const { return joint_ ? joint_->process_probability() : 0; }
 
@@ -197,8 +197,8 @@ private:
     static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     static constexpr double beyond = 1e150; // the square of an estimate must be a number
 
-    // Numbers, and covariances with the sign of one: what lies clearly below zero is the work of matrices too far apart for
-    // the digits of a number. The printed forms promise no sign: their equations lose it by themselves.
+    // Finite numbers, and covariances that are positive semidefinite up to rounding: a clearly negative one comes from matrices of
+    // too different magnitudes. The printed forms do not preserve the sign by their equations.
     bool has_answer() const {
         for (int i = 0; i < model.nz; ++i)
             if (!(noise_scale()[i] > 0 && std::isfinite(noise_scale()[i]) && std::isfinite(fault_probability()[i]))) return false;

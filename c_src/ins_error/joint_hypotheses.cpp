@@ -38,7 +38,7 @@ void JointHypotheses::create() {
         level_[g] = std::pow(settings_.level_ratio, g);
         precision_[g] = 1 / level_[g];
     }
-    precision_[bias_mode()] = 0; // a measurement with an unknown bias says nothing
+    precision_[bias_mode()] = 0; // a measurement with an unknown bias carries no information
     least_precision_ = std::fmin(1e-4, precision_[settings_.levels - 1]);
     reset();
 }
@@ -59,7 +59,7 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
     if (lively.driven) predict_process();
     for (int i = 0; i < nz_; ++i) {
         opened_[i] = 0;
-        if (!(in.fresh[i] > 0)) continue; // no noise to judge by
+        if (!(in.fresh[i] > 0)) continue; // no noise to test
         predict_channel(i);
         predict_bias(i, in.fresh[i], lively);
     }
@@ -93,7 +93,7 @@ void JointHypotheses::predict_channel(int i) {
     const double* was = belief(i);
     double* lasting = lasting_ + i * modes();
     const double drift = settings_.drift_probability;
-    // Of a faulty level to each of its neighbours, which are faulty too.
+    // From a faulty level to each of its neighbours, which are faulty too.
     const auto leaves = [&](int g) { return drift / std::max(1, (g > 1) + (g + 1 < n)); };
     double recovers = was[bias_mode()] * settings_.bias_fading;
     for (int g = 1; g < n; ++g) {
@@ -117,7 +117,7 @@ void JointHypotheses::predict_channel(int i) {
     scale_[i] = 1 / std::fmax(precision, least_precision_);
 }
 
-// The tracked constant is that of before, which wanders as the prediction does that the channel is judged by, or begins.
+// The tracked constant is the previous one, a random walk with the variance of the channel's prediction, or it begins.
 void JointHypotheses::predict_bias(int i, double fresh, const Liveliness& lively) {
     const double now = lasting_[i * modes() + bias_mode()];
     const double share = now > 0 ? belief(i)[bias_mode()] * (1 - settings_.bias_fading) / now : 0;
@@ -130,7 +130,7 @@ void JointHypotheses::predict_bias(int i, double fresh, const Liveliness& lively
 
 // ------------------------------------------------------------------------------------------------ one process hypothesis
 
-// The channel that its own variance explains least comes first, so that the others are judged with its noise as found.
+// The channel that is explained least by its own variance comes first, so that the others are tested with its updated noise.
 void JointHypotheses::order(const Innovations& in) {
     for (int a = 0; a < in.count; ++a) {
         const int i = in.present[a];
@@ -212,8 +212,8 @@ double JointHypotheses::weigh_modes(int i, int p, const double* prior) {
     return total;
 }
 
-// Another noise of one channel changes the inverse of S by a product of its column with itself. What belongs to the channels
-// before it is not needed any more.
+// A change of one channel's noise changes the inverse of S by the outer product of its column. Columns of the channels before it are
+// not needed any more.
 void JointHypotheses::change_noise(int a, int count, double change) {
     const double factor = change / (1 + change * inverse_S_(a, a)), there = factor * solved_[a];
     const double* __restrict column = inverse_S_.data() + a * nz_; // its row, by symmetry
@@ -258,11 +258,11 @@ void JointHypotheses::merge(bool seen) {
         motion_ += hypothesis_[p] * std::sqrt(motion_factors[p]);
         colour_ += hypothesis_[p] * std::sqrt(colour_factors[p]);
     }
-    // Of standard deviations: what is hardly believed changes little.
+    // Of standard deviations: an improbable hypothesis has little effect.
     motion_ *= motion_;
     colour_ *= colour_;
     std::copy(hypothesis_, hypothesis_ + processes, process_belief_);
-    process_belief_[0] += hypothesis_[common]; // it begins, and is then a matter of the channels
+    process_belief_[0] += hypothesis_[common]; // it begins, and is then noise of each channel
     *process_ = 0;
     for (int p = 1; p < processes; ++p) *process_ += process_belief_[p];
 }
@@ -271,7 +271,7 @@ void JointHypotheses::conclude(const Innovations& in) {
     for (int i = 0; i < nz_; ++i) {
         bias_[i] *= 1 - settings_.bias_fading;
         if (!(in.fresh[i] > 0)) continue;
-        // Of a channel without a measurement; an outlier is over with its sample.
+        // Of a channel without a measurement; an outlier lasts one sample.
         std::copy(lasting_ + i * modes(), lasting_ + (i + 1) * modes(), belief(i));
         belief(i)[0] += was_healthy_[i] * settings_.outlier_probability;
         noise_[i] = fault_of(i);
@@ -298,7 +298,7 @@ void JointHypotheses::merge_channel(int i) {
     for (int m = 0; m < modes(); ++m) {
         const double together = hypothesis_[common] * posterior(common, i)[m];
         precision += (now[m] + together) * precision_[m];
-        // What is an outlier, by its share of the prior, is over with its sample.
+        // An outlier, by its share of the prior, lasts one sample.
         double over = 0;
         if (passing(i, m) > 0) {
             over = passing(i, m) * (now[m] / prior_of(i)[m] + together / (prior_of(i)[m] + begins(i, m)));

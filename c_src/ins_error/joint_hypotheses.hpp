@@ -1,22 +1,22 @@
-// What is wrong, judged by the whole innovation: the white noise of a channel, its coloured error, which has jumped, or what
-// drives the system, more than was told.
+// Fault hypotheses, tested by the whole innovation: increased white noise of a channel, a jump of its coloured error, or
+// increased process noise. docs/filter_ins_error.md has the equations.
 //
 //   channel   a Markov chain over noise levels s = 1, 4, 16, ... that last, as in noise_scale.hpp, and beside them
 //             an outlier, noise of s >= 16 in one sample alone, and
 //             a bias: the innovation is a constant b that is tracked, b ~ N(0, bias_sigma^2 r) when it begins
 //   process   a Markov chain over factors on the covariance of what drives the state (Q) and the coloured errors (Ql)
-//   common    noise that begins in many channels at once, which chains of single channels take for all but impossible
+// common    noise that begins in many channels at once, which is almost impossible for independent chains
 //
 // Each process hypothesis p has its own S_p = base + (x_p - 1) H Q H' + (c_p - 1) Ql + R. Under it one sweep over the channels
-// (expectation propagation; T. Minka, 2001) weighs the modes of each by its innovation given all others, with the noise of the
-// channels before it as just found, and multiplies up the evidence of the whole innovation:
+// (expectation propagation; T. Minka, 2001) weights the modes of each by its innovation given all others, with the updated noise
+// of the channels before it, and gives the evidence of the whole innovation:
 //
 //   log Z_p = log N(nu; 0, S_p) + sum_i log [ sum_m pi_i(m) N(r_i; b_m, var_m) / N(r_i; 0, var_i) ]
 //
-// so that several channels that err together speak for the process when its S_p explains them at the price of one change.
+// so that simultaneous errors of several channels raise the probability of the process if its S_p explains them with one change.
 // The hypotheses are merged after each sample (GPB1): one filter with R_i = r_i / E[1/s], and with Q and Ql whose standard
-// deviations have their expected factors. A bias that is beyond doubt opens the variance of that channel's lambda, which
-// learns the jump in a few samples.
+// deviations have their expected factors. A bias above bias_certain increases the variance of that channel's lambda, which
+// then estimates the jump in a few samples.
 #pragma once
 
 #include "ins_error/noise_scale.hpp"
@@ -31,33 +31,33 @@ struct JointSettings {
     double outlier_probability = 0.03; // of one sample
     double bias_probability = 1.5e-4; // per step, that the error of a channel jumps
     double bias_sigma = 10; // of such a jump, in sigma of the white noise
-    double process_probability = 3e-3; // per step, that the process becomes livelier than told
+    double process_probability = 3e-3; // per step, that the process noise increases
     double process_recovery = 4e-3;
     double common_probability = 1e-3; // per step, that noise begins in many channels
-    // What is not worth an option, for the results hardly depend on it.
+    // Constants without an option: the results hardly depend on them.
     double drift_probability = 0.01; // per step, from a noise level to its neighbours
-    double bias_certain = 0.9; // belief that opens lambda
-    double bias_fading = 0.07; // per step: how a jump is forgotten
-    double process_drift = 5e-4; // per step, from one livelier process to another
+    double bias_certain = 0.9; // probability above which the variance of lambda is increased
+    double bias_fading = 0.07; // per step: decay of the probability of a jump
+    double process_drift = 5e-4; // per step, from one increased process noise to another
     double common_share = 0.8; // of the channels that common noise reaches
 };
 
-// What one sample says beside its innovations (noise_scale.hpp): how much of their variance the process adds in one step.
+// Inputs of one sample beside its innovations (noise_scale.hpp): the variance that the process adds to them in one step.
 struct Liveliness {
     const Matrix& motion; // H Q H'
     const Matrix& colour; // Ql
-    bool driven; // false in the first sample: nothing has moved yet
+    bool driven; // false in the first sample: no step before it
 };
 
 class JointHypotheses {
 public:
-    // state: what a saved filter must hold; work: what a step forgets.
+    // state: contents of a saved filter; work: scratch of a step.
     JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s);
 
     void create();
     void reset();
 
-    // False: the variances are no covariance.
+    // False: the variances are not those of a covariance.
     bool update(const Innovations& in, const Liveliness& lively);
 
     const double* scale() const { return scale_; } // by channel: factor on Qv
@@ -69,11 +69,11 @@ public:
     const double* opened() const { return opened_; } // by channel: variance to add to lambda
 
 private:
-    // Factors on Q and Ql; first the process as told. Behind them stands common noise, whose process is as told.
+    // Factors on Q and Ql; the first hypothesis is the stated process. Common noise comes last, with the stated process.
     static constexpr int processes = 3, common = processes, hypotheses = processes + 1;
     static constexpr double motion_factors[hypotheses] = {1, 10, 1, 1}, colour_factors[hypotheses] = {1, 2, 20, 1};
 
-    // What is believed before the sample.
+    // Probabilities before the sample.
     void predict_process();
     void predict_channel(int i);
     void predict_bias(int i, double fresh, const Liveliness& lively);
@@ -82,19 +82,19 @@ private:
     // S of one hypothesis about the process, its inverse and log N(nu; 0, S).
     bool begin(const Innovations& in, const Liveliness& lively, int p);
     void sweep(const Innovations& in, int p);
-    // Likelihoods of the modes of a channel by its innovation r, whose variance is `others` and noise; all without the factor
-    // exp(answer).
+    // Likelihoods of the modes of a channel by its innovation r, whose variance is `others` plus noise; all without the common factor
+    // exp(returned value).
     double weigh(int i, double r, double others, double fresh);
-    // Posterior of the modes by the likelihoods that were weighed last, and the sum that it was normalised by.
+    // Posterior of the modes from the last likelihoods, and its normalising sum.
     double weigh_modes(int i, int p, const double* prior);
     void change_noise(int a, int count, double change);
-    // By what the sweep under the process as told has found.
+    // From the result of the sweep under the stated process.
     void weigh_common(const Innovations& in);
 
     void merge(bool seen);
     void conclude(const Innovations& in);
     void merge_channel(int i);
-    // The channel starts anew: its lambda may be anywhere, its noise is healthy.
+    // The channel is reset: its lambda is unknown, its noise healthy.
     void open(int i, double fresh);
     double fault_of(int i) const;
 
@@ -120,10 +120,10 @@ private:
     double *scale_, *noise_, *bias_, *process_;
     double* belief_; // by channel and mode
     double* process_belief_;
-    double *tracked_, *tracked_variance_; // the bias of each channel, if it has one
+    double *tracked_, *tracked_variance_; // the bias of each channel and its variance
     double *level_, *precision_; // by level; by mode, in units of the healthy one
-    double least_precision_ = 0; // beyond it a channel is as good as missing
-    double* was_healthy_; // by channel: belief before this step
+    double least_precision_ = 0; // below it a channel is treated as missing
+    double* was_healthy_; // by channel: probability before this step
     double *lasting_, *prior_; // by channel and mode: without outliers, and with them
     double* outlier_; // by channel: for each level of an outlier
     double* likelihood_; // by channel and mode
@@ -135,9 +135,9 @@ private:
     int* order_; // of the present channels
     Matrix S_, inverse_S_;
     LowerInverse inverse_;
-    double evidence_[hypotheses], hypothesis_[hypotheses]; // log Z, then the belief
+    double evidence_[hypotheses], hypothesis_[hypotheses]; // log Z, then the probability
     double motion_ = 1, colour_ = 1;
-    int swept_ = processes; // of them; in the first sample, which no process has driven, 1
+    int swept_ = processes; // of them; 1 in the first sample, without process noise
 };
 
 } // namespace hnav

@@ -1,4 +1,4 @@
-// A linear system whose measurements carry coloured errors, and what makes one impossible to filter.
+// A linear system whose measurements have coloured errors, and the conditions for filtering it.
 //
 //   x(k) = A x(k-1) + B u(k-1) + G w(k-1)         w ~ (0, Qw)
 //   z(k) = H x(k) + v(k) + lambda(k)              v ~ (0, Qv)
@@ -19,7 +19,7 @@
 
 namespace hnav {
 
-// As the caller gives it: row-major, null where a default stands for it.
+// As given by the caller: row-major, null where a default applies.
 struct ModelData {
     int nx, nu, nz, nw, nl;
     double interval_s; // above 0: A, B, Qw, An, QU belong to differential equations
@@ -72,10 +72,10 @@ public:
 
     static bool sizes_fit(const ModelData& m, Refusal& why);
 
-    // Checks the whole before it touches anything: after a refusal the model is as it was.
+    // Checks everything before any change: after a refusal the model is unchanged.
     bool assign(const ModelData& m, Refusal& why);
 
-    // Over what the filter will use, going on from start: equal models, equal fingerprint.
+    // Hash of the model, continued from start: equal models, equal fingerprint.
     std::uint64_t fingerprint(std::uint64_t start) const;
 
     template <class M>
@@ -102,7 +102,7 @@ private:
     // The state and the coloured error over one step.
     bool discretise_both(const ModelData& m, Discrete* x, Discrete* lambda, Refusal& why) const;
 
-    // The covariance of lambda(0): what is given, else the stationary one. Zero without colour.
+    // The covariance of lambda(0): the given or the stationary one. Zero without colour.
     bool start_of_lambda(const ModelData& m, const Discrete& lambda, Small* start, Refusal& why) const;
 
     static Small given(const double* values, int rows, int columns);
@@ -112,16 +112,16 @@ private:
 
     static bool numbers(const char* name, const double* values, int rows, int columns, Refusal& why);
 
-    // Judged as a correlation matrix: a velocity in m/s beside an angle in rad must not hide the angle's error.
+    // Tested as a correlation matrix: a velocity in m/s beside an angle in rad must not mask the angle's error.
     static bool covariance(const char* name, const double* values, int n, Refusal& why);
 
     static double spectral_radius(const Small& M);
 
-    // Solves L = M L M' + W by doubling: after i turns the sum has 2^i terms.
+    // Solves L = M L M' + W by doubling: after i iterations the sum has 2^i terms.
     static Small stationary(Small M, const Small& W);
 
-    // A mode a of A hides behind lambda when H a behaves as lambda does: (An - mu I) H a = Hd a = 0, with
-    // Hd = H A - An H. One that does not decay either lets the covariance grow without bound (Popov-Belevitch-Hautus).
+    // A mode a of A is not separable from lambda when H a behaves as lambda does: (An - mu I) H a = Hd a = 0, with
+    // Hd = H A - An H. If such a mode does not decay, the covariance grows without bound (Popov-Belevitch-Hautus).
     bool detectable(const Small& F, const Small& Hs, const Small& Ns, Refusal& why) const;
 
     // For a mode a of A with eigenvalue mu, |(mu - An) H a| / (|(1 - mu) H a| + |(1 - An) H a|): 0 when the mode moves

@@ -32,8 +32,8 @@ inline void symmetrise(Square<n, R>& P) {
         for (int j = i + 1; j < n; ++j) P(i, j) = P(j, i) = R(0.5) * (P(i, j) + P(j, i));
 }
 
-// A variance beside others of its kind. Rounding of the largest, or an integrator as coarse as Euler's, may leave it at or below
-// zero: nothing is known better than rounding tells, and one clearly below is as far off as it is below. So no sigma is 0.
+// A variance beside others of its kind. Rounding of the largest, or a coarse integrator such as Euler's, may make it zero or
+// negative: the result is at least the rounding, and at least the absolute value. No sigma is therefore 0.
 template <class Vector>
 inline typename Vector::PlainObject honest_variances(const Eigen::MatrixBase<Vector>& variances) {
     using R = typename Vector::Scalar;

@@ -15,8 +15,8 @@ using Bounded = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, bound, 
 using Small = Bounded<max_dimension>;
 
 namespace {
-// Eigen asks once, in a function-local static, how large the caches of the processor are. Asked when the library is loaded,
-// the answer stands before there are threads.
+// Eigen determines the cache sizes of the processor once, in a function-local static. Determined when the library is loaded,
+// they are set before there are threads.
 [[maybe_unused]] const std::ptrdiff_t cache_size_is_known = Eigen::l1CacheSize();
 } // namespace
 

@@ -1,4 +1,4 @@
-// The Earth as an ellipsoid that turns (WGS 84): places, axes, gravity. Poles and date line are no exceptions.
+// The Earth as a rotating ellipsoid (WGS 84): places, axes, gravity. Valid at poles and date line.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -50,7 +50,7 @@ inline Matrix3 axes_at(const Place& p) {
     return T;
 }
 
-// What a place changes by along a way, north, east and down. The longitude of a pole has no limit and is answered by 0.
+// Change of a place by a displacement north, east and down. The derivative of the longitude has no limit at a pole; 0 is returned.
 inline Place place_along(const Place& p, const Vector3& way_n_m) {
     const double sine = std::sin(p.latitude_rad), cosine = std::cos(p.latitude_rad);
     const double root2 = 1 - eccentricity2 * sine * sine, normal_m = equator_m / std::sqrt(root2);
@@ -58,20 +58,20 @@ inline Place place_along(const Place& p, const Vector3& way_n_m) {
     return {way_n_m[0] / (meridian_m + p.height_m), axis_m > 0 ? way_n_m[1] / axis_m : 0, -way_n_m[2]};
 }
 
-// The rotation of the axes at a place that changes so, in these axes.
+// The rotation of the local axes for that change, in these axes.
 inline Vector3 turn_along(const Place& p, const Place& along) {
     return {along.longitude_rad * std::cos(p.latitude_rad), -along.latitude_rad, -along.longitude_rad * std::sin(p.latitude_rad)};
 }
 
-// Level axes that are carried along: those of a start, as columns, turned the shortest way to where down points now. They have no pole
-// and no date line, but for the other side of the globe.
+// Level axes by parallel transport: those of a start, as columns, turned the shortest way to the present down. They have no pole
+// and no date line, except on the other side of the globe.
 inline Matrix3 carried_axes(const Matrix3& start, const Vector3& down) {
     const Vector3 before = start.col(2), across = before.cross(down);
     const Quaternion half_way{1 + before.dot(down), across[0], across[1], across[2]};
     return rotation_matrix(half_way.normalized()) * start;
 }
 
-// Somigliana on the ellipsoid, second order in height; it holds the centrifugal part.
+// Somigliana's formula on the ellipsoid, second order in height; includes the centrifugal acceleration.
 inline double gravity_m_s2(double sine_latitude, double height_m) {
     constexpr double m = 0.00344978650684; // centrifugal over gravity at the equator
     const double s2 = sine_latitude * sine_latitude, h = height_m / equator_m;

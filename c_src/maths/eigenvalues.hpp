@@ -27,7 +27,7 @@ struct Tridiagonal {
     }
 
 private:
-    // Clears column k below its first place under the diagonal, the square of which is the answer.
+    // Eliminates column k below its subdiagonal element and returns the square of that element.
     static R reflect(Square<n, R>& A, int k) {
         R below2 = 0;
         for (int i = k + 2; i < n; ++i) below2 += A(i, k) * A(i, k);
@@ -91,7 +91,7 @@ Eigen::Matrix<R, n, 1> eigenvalues(const Square<n, std::common_type_t<R>>& A) {
             while (m < n - 1 && !splits_after(m)) ++m;
             ql_step(d, e2, l, m);
         }
-    // By insertion: they are few, and std::sort is code of the C++ library that a static link of ours would need.
+    // Insertion sort: they are few, and std::sort would add code of the C++ library to a static link.
     for (int i = 1; i < n; ++i)
         for (int j = i; j > 0 && d[j] < d[j - 1]; --j) std::swap(d[j], d[j - 1]);
     return Eigen::Map<const Eigen::Matrix<R, n, 1>>(d) * scale;

@@ -1,4 +1,4 @@
-// Eigenvalues and vectors of a symmetric matrix by plane rotations, until nothing is left beside the diagonal (Jacobi 1846). For
+// Eigenvalues and vectors of a symmetric matrix by plane rotations, until the off-diagonal elements are zero (Jacobi 1846). For
 // many rows it takes several times as long as Eigen's solver, and a twentieth of its code.
 #pragma once
 
@@ -23,7 +23,7 @@ public:
     Square<n, R> V;
 
 private:
-    // False: there was nothing to turn.
+    // False: the matrix was diagonal.
     bool turn_all() {
         constexpr R precision = std::numeric_limits<R>::epsilon();
         const R size = A_.diagonal().cwiseAbs().maxCoeff();
@@ -38,7 +38,7 @@ private:
         return turned;
     }
 
-    // The turn in the plane of p and q that makes A(p, q) zero.
+    // The rotation in the plane of p and q that makes A(p, q) zero.
     void turn(int p, int q, R beside) {
         const R half = (A_(q, q) - A_(p, p)) / (2 * beside);
         const R t = std::copysign(1 / (std::fabs(half) + std::sqrt(1 + half * half)), half); // tangent, at most 1

@@ -1,5 +1,5 @@
-// Matrices whose sizes are known at run time, without an allocation of their own: views into memory that someone else
-// took in one piece.
+// Matrices of run-time size without allocation of their own: views into one block of the caller's
+// memory.
 #pragma once
 
 #include "base/arena.hpp"
@@ -8,7 +8,7 @@
 
 namespace hnav {
 
-// Of at most 64 rows and columns, so that what Eigen needs in between stays on the stack.
+// At most 64 rows and columns, so that Eigen's temporaries stay on the stack.
 using Matrix = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 64, 64>>;
 using Vector = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 64, 1>>;
 
@@ -20,7 +20,7 @@ public:
     Vector vector(int size) { return Vector(doubles(size), size); }
 };
 
-// Takes the upper triangle for the truth.
+// Copies the upper triangle to the lower one.
 inline void mirror_upper(Matrix& P) {
     for (int i = 0; i < P.rows(); ++i)
         for (int j = 0; j < i; ++j) P(i, j) = P(j, i);

@@ -1,4 +1,4 @@
-// What keeps a covariance matrix one when rounding or a coarse integrator has made it indefinite.
+// Repair of a covariance matrix that is indefinite because of rounding or a coarse integrator.
 #pragma once
 
 #include "base/small.hpp"
@@ -30,7 +30,7 @@ void clip_eigenvalues(Square<n, R>& P) {
     }
 }
 
-// By itself, so that its factor, as large as the matrix, has left the stack before anything else is done.
+// A function of its own, so that its factor, as large as the matrix, is off the stack before further calls.
 template <int n, class R>
 __attribute__((noinline)) bool is_positive(const Square<n, R>& P) {
     return Cholesky<n, R>(P).positive();

@@ -1,4 +1,4 @@
-// THE convention, stated here once.
+// The convention of the whole library.
 //
 //   n  navigation frame north-east-down, x towards magnetic north
 //   b  body frame, the axes of the sensor after mounting
@@ -87,7 +87,7 @@ inline QuaternionOf<R> rotation_quaternion(const Vector3Of<Exactly<R>>& phi) {
 
 // A turn at the constant body rate u over T seconds: its quaternion exp(u T / 2), and the integral of its rotation matrix,
 //     integral over [0, T] of exp([u]x t) dt = T I + b [u]x + g [u]x^2,  b = (1 - cos x)/w^2, g = (x - sin x)/w^3, x = w T.
-// T may be negative: the turn that undoes.
+// T may be negative: the inverse rotation.
 template <class R = double>
 struct HeldTurn {
     QuaternionOf<R> q;

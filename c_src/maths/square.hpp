@@ -1,4 +1,4 @@
-// x^2, where a name says more than the product.
+// x^2, for readable expressions.
 #pragma once
 
 namespace hnav {

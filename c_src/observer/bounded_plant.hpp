@@ -1,5 +1,5 @@
-// A plant that is asked only within the bounds of what is estimated, and gets parameters that are estimated by their logarithms as
-// what they are. A state at its bound stays there while its derivative leads out: a tank that is empty stays empty.
+// A plant that is evaluated only within the bounds of the estimate; parameters estimated by their logarithms are passed as
+// their values. A state at its bound is held while its derivative points outside: an empty tank stays empty.
 #pragma once
 
 #include "base/memory.hpp"
@@ -12,7 +12,7 @@ namespace hnav::observer {
 
 class BoundedPlant final : public Plant {
 public:
-    // Takes the plant over. Null: no memory.
+    // Takes ownership of the plant. Null: no memory.
     static BoundedPlant* create(Plant* plant, const Problem& problem) {
         const int numbers = problem.n + problem.sizes.inputs + problem.sizes.parameters;
         void* block = take_block(numbers * sizeof(double));

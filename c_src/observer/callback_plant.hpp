@@ -1,4 +1,4 @@
-// A plant that the caller's functions answer for.
+// A plant given by the caller's functions.
 #pragma once
 
 #include "base/memory.hpp"
@@ -46,7 +46,7 @@ public:
 
     bool offers(Function function, Variable) const override { return jacobian_of(function) != nullptr; }
 
-    // The function writes all blocks at once; those that are not wanted are overwritten by whoever does not trust them.
+    // The function writes all blocks at once; the caller overwrites blocks that it does not use.
     Answer jacobian(Function function, const bool (&)[variables], const Point& at, double* J) override {
         return ask(jacobian_of(function), at, J);
     }

@@ -1,4 +1,4 @@
-// What an event of the filter does: inputs, then the sensors of the instant together, in each part of the estimate.
+// An event of the filter: inputs, then the sensors of the instant together, in each part of the estimate.
 #include "estimation/mixture.hpp"
 #include "observer/observer_model.hpp"
 
@@ -9,12 +9,12 @@ namespace hnav::observer {
 namespace {
 
 constexpr double nis_window = 50; // samples
-// 99.9 % of the mean of 50 squares of unit normals lies within.
+// 99.9 % of the means of 50 squared unit normals are between these.
 constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
 constexpr int samples_to_ready = 20, doubts_to_fall = 3;
 constexpr double sure_part = 0.99;
-constexpr double samples_to_check = 8; // by then a usual change is known
-constexpr double stale_runs = 4; // usual runs of equal samples; what a sensor with noise repeats beyond brings nothing new
+constexpr double samples_to_check = 8; // the usual change is then estimated
+constexpr double stale_runs = 4; // usual runs of equal samples; further repetitions of a sensor with noise carry no information
 
 } // namespace
 
@@ -51,12 +51,12 @@ void Model::collect_all(State& s) const {
         collect(s, part_of(s, i));
         part_of(s, i)[at.elapsed] = 0;
     }
-    // The noise of an interval is judged by that of one about as long; two samples that are nearly one change little.
+    // The noise of an interval is estimated from intervals of about that length; two samples close together differ little.
     if (interval_s > 0) v[at.usual] = std::max(interval_s, 0.5 * v[at.usual]);
     note_course(s, interval_s);
 }
 
-// For a plant with events those that are new, and all of them at the beginning, are an event.
+// In a plant with events, new inputs are an event, and all inputs at the beginning.
 bool Model::take_inputs(State& s, const Event& event, bool begins) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -74,7 +74,7 @@ bool Model::take_inputs(State& s, const Event& event, bool begins) const {
     return true;
 }
 
-// Outputs and their derivatives, as the part expects them.
+// Predicted outputs of the part and their derivatives.
 bool Model::linearise(State& s, const Event& event, int i) const {
     const Problem& p = *problem_;
     const double* part = part_of(s, i);
@@ -101,7 +101,7 @@ bool Model::linearise(State& s, const Event& event, int i) const {
     return true;
 }
 
-// Innovations by all of P, before any sensor has acted; of several parts those of their sum.
+// Innovations with all of P, before any sensor has corrected; of several parts with the covariance of their mixture.
 void Model::innovate(State& s, const Event& event) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -122,13 +122,13 @@ void Model::innovate(State& s, const Event& event) const {
         v[at.of_sensor(k, Layout::innovation)] = innovation;
         v[at.of_sensor(k, Layout::innovation_sigma)] = std::sqrt(variance);
         v[at.of_sensor(k, Layout::nis)] = nis;
-        // One that is beyond all numbers would stay in every mean.
+        // A NIS that overflows would stay in every later mean.
         if (!std::isfinite(nis)) v[at.broken] = 1;
     }
 }
 
-// How long a clock was being set is unknown: noise for as long as the limit of a jump, and the plant has gone along its flow by
-// about an interval more or less.
+// The duration of setting a clock is unknown: process noise for as long as the limit of a jump, and the plant has flowed about
+// one interval more or less.
 void Model::forget_time(State& s) const {
     const Problem& p = *problem_;
     const double usual_s = s.x()[layout().usual];
@@ -147,10 +147,10 @@ void Model::forget_time(State& s) const {
     }
 }
 
-// By what the variance of a sample is to be inflated because of what the sensor has shown; infinite: it is rejected. An outlier
-// is far from the sample before it, in sigmas of the sensor and in usual changes, and far from what is expected. A sensor is stuck
-// that repeats a value while the plant moves away from it. While one with noise repeats a value for
-// longer than its resolution explains, its samples hold one and the same error.
+// Factor on the variance of a sample from the history of its sensor; infinite: rejected. An outlier deviates from the previous
+// sample, in sigmas of the sensor and in usual changes, and from the prediction. A sensor is stuck if it repeats a value while
+// the plant moves away from that value. If a sensor with noise repeats a value for longer than its resolution explains, its
+// samples have one common error.
 double Model::believe(State& s, const Event& event, int k) const {
     const Layout& at = layout();
     double* v = s.x();
@@ -174,7 +174,7 @@ double Model::believe(State& s, const Event& event, int k) const {
     return stale > 0 ? 1 + stale : 1;
 }
 
-// By how much the variance of each sensor is inflated, and the mean of its NIS.
+// Factors on the variances of the sensors, and the mean of the NIS.
 void Model::gate(State& s, const Event& event, double* inflation) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -208,8 +208,7 @@ void Model::correct(State& s, const Event& event) const {
         }
     innovate(s, event);
     if (v[at.broken] != 0) return;
-    const bool several =
-        parts_of(s) > 1; // of a single part P stands in the workspace as it was unpacked, and then as it is corrected
+    const bool several = parts_of(s) > 1; // of a single part P is in the workspace, first as unpacked, then as corrected
     if (several) fused(s, work_->x, work_->P);
     for (int i = 0; i < p.N; ++i) before[i] = work_->P[i * p.N + i];
     gate(s, event, inflation);
@@ -228,7 +227,7 @@ void Model::correct(State& s, const Event& event) const {
     judge(s, before);
 }
 
-// A second correction of an instant forgets nothing.
+// A second correction at one instant does not inflate P again.
 void Model::forget(State& s) const {
     const Layout& at = layout();
     double* v = s.x();
@@ -239,8 +238,8 @@ void Model::forget(State& s) const {
 }
 
 // The robust inflation of the HREKF (estimation/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and
-// theta such that the largest variance of L P L' grows by exp(rate T). One row of L after the other, each of which is the opposite of
-// a correction; what is added is positive semidefinite.
+// theta such that the largest variance of L P L' grows by exp(rate T). Each row of L is applied as an inverse correction; the
+// added matrix is positive semidefinite.
 void Model::inflate(double* part, double since_s) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -252,7 +251,7 @@ void Model::inflate(double* part, double since_s) const {
     const double theta = std::min(most, -std::expm1(-settings_.robust_rate_1_s * since_s)) / largest;
     for (int i = 0; i < p.N; ++i) {
         const double weight = theta / (p.scale[i] * p.scale[i]), left = 1 - weight * P[i * p.N + i];
-        if (!(left > 0)) continue; // by rounding
+        if (!(left > 0)) continue; // rounding
         for (int j = 0; j < p.N; ++j) column[j] = P[j * p.N + i];
         for (int j = 0; j < p.N; ++j)
             for (int k = 0; k < p.N; ++k) P[j * p.N + k] += column[j] * column[k] * weight / left;
@@ -260,7 +259,7 @@ void Model::inflate(double* part, double since_s) const {
     pack_upper(P, p.N, part + at.P);
 }
 
-// The largest eigenvalue of L P L', from below, by its powers.
+// The largest eigenvalue of L P L', from below, by power iteration.
 double Model::largest_variance(const double* P, double* vector, double* next) const {
     const Problem& p = *problem_;
     constexpr int powers = 40;
@@ -280,8 +279,8 @@ double Model::largest_variance(const double* P, double* vector, double* next) co
     return largest;
 }
 
-// The sensors of an instant act one after the other on one linearisation, which is what all of them together do: their noises
-// are independent. Answers the logarithm of their likelihood.
+// The sensors of an instant correct one after the other with one linearisation, which equals a joint correction because their
+// noises are independent. Returns the logarithm of their likelihood.
 double Model::correct_part(State& s, const Event& event, int i, const double* inflation) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -317,8 +316,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
     return likelihood;
 }
 
-// Parameters that were corrected change a plant that holds them at an event alone; its states stay what the correction made of
-// them.
+// A plant accepts corrected parameters at an event only; its states stay those of the correction.
 bool Model::settle(State& s, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -330,7 +328,7 @@ bool Model::settle(State& s, double* part) const {
     return ask(plant_->remember(part + at.memory), Function::event, here.t_s, nullptr, 0);
 }
 
-// One sensor, Joseph's form: P = (I - K h) P (I - K h)' + K R K'. Answers the variance of the innovation.
+// One sensor, Joseph form: P = (I - K h) P (I - K h)' + K R K'. Returns the variance of the innovation.
 double Model::correct_by(double* P, double* moved, const double* h, double innovation, double variance) const {
     const int N = problem_->N;
     double* Ph = work_->gain;
@@ -357,8 +355,8 @@ double Model::correct_by(double* P, double* moved, const double* h, double innov
     return S;
 }
 
-// Ready: every sigma below its limit, by evidence of at least as much as that limit stands for, innovations as large as they
-// are said to be, and no doubt which events have been. Three corrections that deny it make an end of it.
+// Ready: every sigma is below its limit with as much information as that limit corresponds to, the NIS is consistent, and one
+// part has a weight above sure_part. Three corrections that violate this end it.
 void Model::judge(State& s, const double* before) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -373,7 +371,7 @@ void Model::judge(State& s, const double* before) const {
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.doubts] < doubts_to_fall);
 }
 
-// Of a correction, from the variances before it; whether there is as much as the limits stand for.
+// Information of a correction, from the variances before it; whether it reaches that of the limits.
 bool Model::gather_information(State& s, const double* before) const {
     const Problem& p = *problem_;
     bool enough = true;
@@ -386,7 +384,7 @@ bool Model::gather_information(State& s, const double* before) const {
     return enough;
 }
 
-// Of the covariance in the workspace.
+// From the covariance in the workspace.
 bool Model::is_below_limits(const State& s) const {
     const Problem& p = *problem_;
     for (int i = 0; i < p.N; ++i) {

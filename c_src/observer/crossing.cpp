@@ -1,4 +1,4 @@
-// An interval of the filter with events of the plant in it: each part flows to the next guard or time, has its event, and goes on.
+// An interval of the filter with events of the plant: each part flows to the next guard or time, passes its event, and continues.
 #include "estimation/mixture.hpp"
 #include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
@@ -10,9 +10,9 @@
 namespace hnav::observer {
 namespace {
 
-constexpr int most_matrices = 50; // of an interval: what goes on beyond chatters
-constexpr int most_events = 5000; // and this does not end
-constexpr double shortest_s = 1e-12; // that a solver is asked for
+constexpr int most_matrices = 50; // per interval: further events are chattering
+constexpr int most_events = 5000; // more events are treated as an endless sequence
+constexpr double shortest_s = 1e-12; // shortest interval for a solver
 
 } // namespace
 
@@ -55,7 +55,7 @@ bool Model::cross_part(Run& run, double* part) const {
     return split_near_guard(run, part) && (run.derivable || spread(run, part));
 }
 
-// The plant is as the part has it; new inputs may have put it through a guard.
+// The plant has the state of the part; new inputs may have moved it through a guard.
 bool Model::begin_part(Run& run, double* part, int* events) const {
     const Layout& at = layout();
     plant_->recall(part + at.memory);
@@ -64,7 +64,7 @@ bool Model::begin_part(Run& run, double* part, int* events) const {
     return first_changed(part) < 0 || jump_part(run, part, Cause::input, ++*events);
 }
 
-// To the next event, or to the end: length_s. What has flowed is then in P.
+// To the next event, or to the end after length_s. P then includes the flow.
 Model::Stop Model::flow_piece(Run& run, double* part, double length_s) const {
     const Layout& at = layout();
     if (!run.alone) std::copy_n(part, at.part_numbers, work_->segment);
@@ -75,7 +75,7 @@ Model::Stop Model::flow_piece(Run& run, double* part, double length_s) const {
     return stop;
 }
 
-// The plant's event where the part is. One without a derivative is not passed: run.derivable.
+// The plant's event at the state of the part. An event without a derivative is not passed: run.derivable.
 bool Model::jump_part(Run& run, double* part, Cause cause, int count) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -121,7 +121,7 @@ bool Model::have_events_of_plant(State& s, double t_s, bool* any) const {
     const auto come = [&](Cause cause) {
         Run run(s, 0, *work_);
         run.outside = true;
-        part[at.elapsed] = t_s - s.x()[at.t]; // as the integrator has it, to the last digit
+        part[at.elapsed] = t_s - s.x()[at.t]; // the integrator's value, to the last digit
         return jump_part(run, part, cause, 1);
     };
     if (crossed || (whole && wanted)) whole = come(crossed ? Cause::guard : Cause::time);
@@ -140,12 +140,12 @@ bool Model::step_outside_done(State& s, const double* x) const {
     return true;
 }
 
-// A plant may name a time at which nothing happens: without events of its own it is not asked.
+// A plant may announce a time without an event: a plant without events is not queried.
 double Model::next_event_of_plant_s(const State& s) const {
     return crosses() && flows(s) ? s.x()[layout().next_event] : HUGE_VAL;
 }
 
-// Of the first part; before the estimate has begun nothing moves.
+// Of the first part; before the estimate has begun nothing flows.
 bool Model::indicators_at(const State& s, const double* x, double* z) const {
     const int count = problem_->sizes.indicators;
     std::fill_n(z, count, 1.0);
@@ -164,7 +164,7 @@ Model::Stop Model::flow_until(Run& run, double* part, double length_s) const {
     return is_stiff(run.s) ? go_stiffly(run, part, length_s) : go_step_by_step(run, part, length_s);
 }
 
-// By one step of Euler, which is as good as any where it is short.
+// By one Euler step, sufficient for a short time.
 bool Model::move(const Run& run, const double* part, double* x, double by_s) const {
     if (flow(run.s, x, work_->slope, {part, run.alone}) != 0) return false;
     for (int i = 0; i < nx(); ++i) x[i] += by_s * work_->slope[i];
@@ -200,14 +200,14 @@ Model::Stop Model::go_step_by_step(Run& run, double* part, double length_s) cons
     return Stop::end;
 }
 
-// Where the explicit solver has run out of steps the plant is stiff.
+// If the explicit solver needs too many steps, the plant is stiff.
 Model::Stop Model::go_after_failure(Run& run, double* part, double length_s) const {
     if (!run.propagator->out_of_steps()) return Stop::failed;
     std::copy_n(work_->z_first, problem_->sizes.indicators, work_->z_inside);
     return go_stiffly(run, part, length_s);
 }
 
-// Within the newest step; of a stiff one S and Qd are those of its beginning.
+// Within the newest step; for a stiff step S and Qd are those of its beginning.
 bool Model::between(const Run& run, const double* part, double s, double* x) const {
     if (!run.stiffly) return run.propagator->between(s, x);
     std::copy_n(part, nx(), x);
@@ -222,8 +222,8 @@ Model::Stop Model::end_of_step(const Run& run, const double* part) const {
     return wants_event ? Stop::step : Stop::end;
 }
 
-// Solvers look at the ends of their steps, and two crossings within one hide. So quarters are looked at too, and where an indicator
-// turns back between them.
+// Solvers check the ends of their steps, and two crossings within one step cancel. Quarters of the step are checked too, and
+// points between them at which an indicator turns back.
 Model::Stop Model::look_between(const Run& run, const double* part, double from_s, double to_s, double* low_s,
                                 double* high_s) const {
     const int count = problem_->sizes.indicators;
@@ -246,7 +246,7 @@ Model::Stop Model::look_between(const Run& run, const double* part, double from_
     return Stop::end;
 }
 
-// The parabola through an indicator at a quarter and the two before it may have come to the guard between them, or near it.
+// The parabola through an indicator at a quarter and the two before it reaches the guard, or comes near it.
 Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_s, double to_s, int quarter, double* low_s,
                                 double* high_s) const {
     const int count = problem_->sizes.indicators;
@@ -270,7 +270,7 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
     return Stop::end;
 }
 
-// Whether what may be true is on both sides of the guard at work_->inside, where the indicator turns back.
+// Whether P extends to both sides of the guard at work_->inside, where the indicator turns back.
 bool Model::turns_near(const Run& run, const double* part, int guard, bool* near) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -289,8 +289,8 @@ bool Model::turns_near(const Run& run, const double* part, int guard, bool* near
     return true;
 }
 
-// The bracket of the first crossing, by the cubic of the step, to a millionth of the interval: the rule of Illinois, and halves
-// where an indicator jumps.
+// The bracket of the first crossing on the cubic of the step, to a millionth of the interval: Illinois method, bisection where an
+// indicator jumps.
 bool Model::narrow(const Run& run, const double* part, double* low_s, double* high_s) const {
     const int count = problem_->sizes.indicators;
     const double enough_s = 1e-6 * (*high_s - *low_s);
@@ -330,8 +330,8 @@ bool Model::look(const Run& run, const double* part, const double* x) const {
     return ask(plant_->indicators(here, work_->z), Function::indicators, here.t_s, work_->z, problem_->sizes.indicators);
 }
 
-// The cubic is no solution: the flow itself is taken to the bracket, and moved to where the indicator is zero, then as little as
-// it takes to be beyond it, where the plant has its event. To work_->inside.
+// The cubic is an approximation: the flow itself is integrated to the bracket, moved to the zero of the indicator, and then beyond
+// it by the smallest step at which the plant has its event. Result in work_->inside.
 bool Model::polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const {
     double* x = work_->inside;
     const FlowContext<Model> context{this, &run.s, {part, run.alone}};
@@ -347,7 +347,7 @@ bool Model::polish(const Run& run, const double* part, double from_s, double low
     return true;
 }
 
-// By Newton's rule, unless the zero is further away than it can be: an indicator that jumps has none.
+// Newton's method, unless the zero is farther than possible: an indicator that jumps has none.
 bool Model::move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const {
     double *x = work_->inside, *z = work_->z;
     const double small_s = 1e-7 * way_s;
@@ -359,7 +359,7 @@ bool Model::move_to_zero(const Run& run, const double* part, int guard, double w
         std::copy_n(work_->step_to, nx(), x);
         if (!(std::fabs(here) < near_s * std::fabs(rate))) return look(run, part, x);
         if (!move(run, part, x, -here / rate) || !look(run, part, x)) return false;
-        if (std::fabs(here / rate) < 1e-7 * way_s) break; // the next would be its square
+        if (std::fabs(here / rate) < 1e-7 * way_s) break; // quadratic convergence: the next correction would be its square
     }
     return true;
 }

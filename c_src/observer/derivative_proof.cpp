@@ -11,15 +11,15 @@ namespace hnav::observer {
 namespace {
 
 constexpr int points = 4, other_points = 20;
-constexpr double max_difference = 1e-10; // of the same answer, in relation to the others
+constexpr double max_difference = 1e-10; // relative difference of repeated evaluations
 
-// In (-1, 1), the same for equal k in every program.
+// In (-1, 1), equal for equal k in every program.
 double scattered(std::uint64_t k) {
     const std::uint64_t word = hash(&k, sizeof k);
     return static_cast<double>(word >> 11) * 0x1p-52 - 1;
 }
 
-// A row of numbers of which the first estimated ones may be scattered around the start.
+// A row of numbers whose first, estimated ones can be scattered around the start.
 struct Place {
     const Problem& problem;
     double *X, *u;
@@ -57,7 +57,7 @@ bool answers_at_start(Plant& plant, const Problem& problem, const Point& start, 
     return true;
 }
 
-// Keeps the element that is worst of all points.
+// Keeps the worst element over all points.
 void compare(const Problem& problem, Function f, Variable v, const double* told, const double* measured, const double* values,
              double* worst, BlockProof* block) {
     const int first = problem.sizes.first(v), count = problem.sizes.count(v), N = problem.N;
@@ -66,7 +66,7 @@ void compare(const Problem& problem, Function f, Variable v, const double* told,
         for (int j = first; j < first + count; ++j) row += std::fabs(measured[i * N + j]) * problem.scale[j];
         for (int j = first; j < first + count; ++j) {
             const double a = told[i * N + j], b = measured[i * N + j];
-            // Differences round: so much of the value itself is nothing.
+            // Rounding of the differences: this part of the value is neglected.
             const double allowed =
                 1e-4 * (std::fabs(a) + std::fabs(b)) + (1e-5 * row + 1e-9 * std::fabs(values[i])) / problem.scale[j];
             const double off = a == b ? 0 : std::isfinite(a) ? std::fabs(a - b) / allowed : HUGE_VAL;
@@ -80,8 +80,8 @@ void compare(const Problem& problem, Function f, Variable v, const double* told,
     }
 }
 
-// The derivatives at the start, then at other points, then at the start again. What iterates inside comes back to its
-// tolerance, in relation to what these derivatives can be.
+// The derivatives at the start, at other points, and at the start again. Plants with internal iterations agree to their
+// tolerance, relative to the possible size of these derivatives.
 void find_memory(Plant& plant, const Place& place, double start_s, double* values, double* again, double* size,
                  DerivativeProof* proof) {
     const int n = place.problem.n;

@@ -15,7 +15,7 @@ namespace hnav::observer {
 
 namespace {
 
-// The last line that an instance logs is kept for messages.
+// The last message of an instance is kept for error texts.
 void log(fmi2ComponentEnvironment environment, fmi2String, fmi2Status, fmi2String, fmi2String format, ...) {
     auto* instance = static_cast<FmiInstance*>(environment);
     if (!instance || !format) return;
@@ -28,7 +28,7 @@ void log(fmi2ComponentEnvironment environment, fmi2String, fmi2Status, fmi2Strin
 class Fmi2Instance final : public FmiInstance {
 public:
     bool find(const SharedLibrary& library, const char** missing) override {
-        // Not every plant has these.
+        // Optional functions.
         get_indicators_ = library.function<fmi2GetEventIndicatorsTYPE>("fmi2GetEventIndicators");
         step_done_ = library.function<fmi2CompletedIntegratorStepTYPE>("fmi2CompletedIntegratorStep");
         get_state_ = library.function<fmi2GetFMUstateTYPE>("fmi2GetFMUstate");
@@ -103,7 +103,7 @@ public:
     Answer get_indicators(double* z, int count) override {
         return get_indicators_ ? answer(get_indicators_(instance_, z, count)) : Answer::broken;
     }
-    // Whoever asks goes back: the state before is needed.
+    // The caller restores a state: the previous one is needed.
     Answer step_done(bool* wants_event, bool* terminate) override {
         *wants_event = *terminate = false;
         if (!step_done_) return Answer::ok;
@@ -136,7 +136,7 @@ public:
     void destroy() override { destroy_object(this); }
 
 private:
-    // A character of a path as a URI has it.
+    // A character of a path in a URI.
     static int escape(char c, char* to) {
         const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || std::strchr("/:._-~", c);
         if (!plain) return std::snprintf(to, 4, "%%%02X", static_cast<unsigned char>(c));

@@ -11,7 +11,7 @@
 namespace hnav::observer {
 namespace {
 
-// The last line that an instance logs is kept for messages.
+// The last message of an instance is kept for error texts.
 void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String text) {
     auto* instance = static_cast<FmiInstance*>(environment);
     if (instance && text) std::snprintf(instance->said, sizeof instance->said, "%s", text);
@@ -20,7 +20,7 @@ void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String
 class Fmi3Instance final : public FmiInstance {
 public:
     bool find(const SharedLibrary& library, const char** missing) override {
-        // Not every plant has these.
+        // Optional functions.
         get_indicators_ = library.function<fmi3GetEventIndicatorsTYPE>("fmi3GetEventIndicators");
         step_done_ = library.function<fmi3CompletedIntegratorStepTYPE>("fmi3CompletedIntegratorStep");
         get_state_ = library.function<fmi3GetFMUStateTYPE>("fmi3GetFMUState");
@@ -89,7 +89,7 @@ public:
     Answer get_indicators(double* z, int count) override {
         return get_indicators_ ? answer(get_indicators_(instance_, z, count)) : Answer::broken;
     }
-    // Whoever asks goes back: the state before is needed.
+    // The caller restores a state: the previous one is needed.
     Answer step_done(bool* wants_event, bool* terminate) override {
         *wants_event = *terminate = false;
         if (!step_done_) return Answer::ok;

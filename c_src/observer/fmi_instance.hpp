@@ -18,7 +18,7 @@ public:
         double next_event_s;
     };
 
-    // False: missing is the function that the library lacks.
+    // False: missing is the name of the missing function.
     virtual bool find(const SharedLibrary& library, const char** missing) = 0;
     // resources: the folder, full and with / at its end.
     virtual bool instantiate(const char* token, const char* resources) = 0;
@@ -40,7 +40,7 @@ public:
     virtual Answer get_derivatives(double* dx, int count) = 0;
     virtual Answer get_indicators(double* z, int count) = 0;
     virtual Answer step_done(bool* wants_event, bool* terminate) = 0;
-    // Copies of all that the instance is. get takes what there is already, or null.
+    // Copies of the whole state of the instance. get reuses an existing copy, or takes null.
     virtual Answer get_state(void** state) = 0;
     virtual Answer set_state(void* state) = 0;
     virtual void free_state(void** state) = 0;
@@ -52,7 +52,7 @@ public:
     virtual void destroy() = 0;
 
     char said[256] = "";
-    bool dead = false; // after a fatal error nothing may be called
+    bool dead = false; // after a fatal error no function may be called
 
 protected:
     ~FmiInstance() = default;

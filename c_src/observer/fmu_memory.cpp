@@ -20,7 +20,7 @@ bool FmuMemory::create(FmiInstance& fmi, bool serialises) {
     std::size_t bytes = 0;
     constexpr std::size_t most = 1 << 24;
     if (fmi.state_bytes(copy_->state, &bytes) != Answer::ok || bytes == 0 || bytes > most) return false;
-    bytes_ = static_cast<int>((bytes + bytes / 4 + 7) / 8 * 8); // it may grow somewhat
+    bytes_ = static_cast<int>((bytes + bytes / 4 + 7) / 8 * 8); // reserve for growth
     return true;
 }
 
@@ -81,7 +81,7 @@ void FmuMemory::free_unheld(FmiInstance& fmi, const Holders& holders, int offset
         if (!copy_[i].seen && copy_[i].held == 0) fmi.free_state(&copy_[i].state);
 }
 
-// A copy that nobody holds. Where all are held there are twice as many then; -1: no memory.
+// A copy without a holder. If all are held, their number is doubled; -1: no memory.
 int FmuMemory::free_copy(FmiInstance& fmi, const Holders& holders, int offset) {
     const auto unused = [&] {
         return static_cast<int>(std::find_if(copy_, copy_ + copies_, [](const Copy& c) { return !c.state; }) - copy_);

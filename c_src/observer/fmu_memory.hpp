@@ -1,5 +1,5 @@
-// What an FMU remembers, in numbers: its serialised state where it can do that, otherwise the number of a copy that the FMU keeps.
-// Copies that nobody holds any more are used again.
+// The discrete state of an FMU as numbers: its serialised state if it supports that, otherwise the number of a copy in the FMU.
+// Copies without a holder are reused.
 #pragma once
 
 #include "observer/fmi_instance.hpp"
@@ -10,17 +10,17 @@ class FmuMemory {
 public:
     ~FmuMemory();
 
-    // Learns from the instance how large it is. False: the instance cannot do it.
+    // Queries the size from the instance. False: not supported.
     bool create(FmiInstance& fmi, bool serialises);
     int numbers() const { return serialises_ ? 1 + bytes_ / 8 : 1; }
     bool serialises() const { return serialises_; }
 
-    // The instance as it is now.
+    // The present state of the instance.
     Answer store(FmiInstance& fmi, const Holders& holders, int offset, double* numbers);
     Answer load(FmiInstance& fmi, const double* numbers);
-    // By 1 or -1: somebody who is none of the holders holds it once more, or less.
+    // By 1 or -1: a holder outside the list, such as a snapshot, begins or ends to hold it.
     void hold(const double* numbers, int by);
-    // The instance ends, and its copies with it.
+    // The instance and its copies end.
     void forget(FmiInstance& fmi);
 
 private:
@@ -29,11 +29,11 @@ private:
     int place_of(double number) const { return number >= 1 && number <= copies_ ? static_cast<int>(number) - 1 : -1; }
 
     bool serialises_ = false;
-    int bytes_ = 0; // room for a serialised state
+    int bytes_ = 0; // size of a serialised state
     struct Copy {
         void* state;
-        int held; // from outside
-        bool seen; // at a holder
+        int held; // by snapshots
+        bool seen; // by a holder
     };
     Copy* copy_ = nullptr; // by number - 1; serialised ones pass through the first
     int copies_ = 0;

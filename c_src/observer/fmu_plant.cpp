@@ -69,7 +69,7 @@ bool FmuPlant::load(const char* folder, Refusal& why) {
         std::snprintf(path, sizeof path, "%s%s", resources_, binary) >= max_path || std::strlen(resources_) + 12 > max_path)
         return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
     std::strcat(resources_, "resources/");
-    // What is static in a library is shared by all who have loaded it: each plant has a file of its own.
+    // Static variables are shared by all instances of a loaded library: each plant loads a file of its own.
     if (!library_.open_alone(path, reason, sizeof reason))
         return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", binary, reason);
     fmi_ = plan_.fmi == 2 ? make_fmi2_instance() : make_fmi3_instance();
@@ -100,14 +100,14 @@ bool FmuPlant::initialise(Refusal& why) {
         return why.refuse(Refusal::plant,
                           "%s could not be initialised at t = %g s%s%s; other start values may help, set in the plan",
                           plan_.identifier, start_s_, *fmi_->said || *said_ ? ": " : "", *said_ ? said_ : fmi_->said);
-    // What it has now stands for what nobody has sampled or estimated yet.
+    // The FMU's present values serve for inputs without a sample and parameters that are not estimated.
     done = fmi_->get(plan_.input, sizes.inputs, inputs_);
     if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);
     if (keep(done, "get") != Answer::ok) return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
     return begin_events(why);
 }
 
-// The first instance says whether there are events, every one begins with its own memory.
+// The first instance determines whether there are events; every instance begins with its own discrete state.
 bool FmuPlant::begin_events(Refusal& why) {
     if (sizes.events) return true;
     const int indicators = fmi_->indicators(plan_.indicators);
@@ -136,7 +136,7 @@ bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
     Answer done = fmi_->get_states(own, n);
     if (done == Answer::ok) done = fmi_->get_nominals(nominal, n);
     if (done != Answer::ok)
-        return why.refuse(Refusal::plant, "%s does not tell its states%s%s", plan_.identifier, *fmi_->said ? ": " : "",
+        return why.refuse(Refusal::plant, "%s does not return its states%s%s", plan_.identifier, *fmi_->said ? ": " : "",
                           fmi_->said);
     for (int i = 0; i < n; ++i) plan.nominal[i] = std::max(plan.nominal[i], std::fabs(nominal[i]));
     const auto fill = [](double* given, const double* from, int count) {
@@ -158,7 +158,7 @@ void FmuPlant::close() {
     fmi_ = nullptr;
 }
 
-// One that crashes when it is freed stays, and its code too.
+// An instance that crashes when freed is kept, with its code.
 void FmuPlant::free_instance() {
     memory_.forget(*fmi_);
     if (plan_.never_freed) library_.stay();
@@ -167,7 +167,7 @@ void FmuPlant::free_instance() {
 
 void FmuPlant::destroy() { destroy_object(this); }
 
-// Keeps the sentence about a call that failed.
+// Keeps the message of a failed call.
 Answer FmuPlant::keep(Answer answer, const char* call) {
     if (answer != Answer::ok) std::snprintf(said_, sizeof said_, "%s failed%s%s", call, *fmi_->said ? ": " : "", fmi_->said);
     return answer;
@@ -199,7 +199,7 @@ bool FmuPlant::differs(const Point& at) const {
 Answer FmuPlant::change_discrete(const Point& at) {
     if (!differs(at)) return Answer::ok;
     if (sizes.events && has_gone_on_) {
-        // Not from where another question has led.
+        // Not from the state of another evaluation.
         const Answer back = recall(held_);
         return back == Answer::ok ? change_discrete(at) : back;
     }
@@ -229,8 +229,8 @@ Answer FmuPlant::move_to(const Point& at) {
     return done;
 }
 
-// An instance that has answered an error is lost. A new one is as good where it can be given the memory; after a fatal error there
-// is none.
+// After an error an instance cannot be used. A new one replaces it if its state can be set; after a fatal error there is no
+// replacement.
 bool FmuPlant::restart() {
     if (fmi_->dead || lost_) return false;
     if (!memory_lasts()) {
@@ -245,8 +245,8 @@ bool FmuPlant::restart() {
     return start(why) && (!sizes.events || recall(held_) == Answer::ok);
 }
 
-// One instance lives at a time: some FMUs lose events while there are two. So the one that was asked for its derivatives ends, and
-// another begins; one that there can be once goes on.
+// One instance exists at a time: some FMUs lose events while there are two. The instance of the derivative check is freed before
+// another is made; an FMU with one instance for each process keeps it.
 bool FmuPlant::begin_anew(Refusal& why) {
     if (plan_.once || plan_.never_freed)
         return recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
@@ -345,7 +345,7 @@ Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {
     return done;
 }
 
-// The standards allow: of derivatives of states and of outputs, by states and inputs. FMI 3 tools may answer by parameters.
+// Allowed by the standards: derivatives of states and of outputs, by states and inputs. FMI 3 tools may offer parameters too.
 bool FmuPlant::offers(Function function, Variable variable) const {
     if (!plan_.derivatives || (variable == Variable::parameter && plan_.fmi == 2)) return false;
     for (int i = 0; function == Function::outputs && i < sizes.outputs; ++i)

@@ -1,6 +1,6 @@
-// An FMU in Model Exchange as a plant. Without events its answers depend on time, states, inputs and parameters alone, so it may be
-// asked anywhere in any order. With events they depend on what it remembers too: its state is got after each event, and set before
-// what follows from another one. Between calls it is in continuous-time mode.
+// An FMU in Model Exchange as a plant. Without events its values depend on time, states, inputs and parameters only, and it can be
+// evaluated at any point. With events they depend on its discrete state too, which is saved after each event and restored before a
+// continuation from another one. Between calls it is in continuous-time mode.
 #pragma once
 
 #include "observer/fmi_instance.hpp"
@@ -12,8 +12,8 @@ namespace hnav::observer {
 
 class FmuPlant final : public Plant {
 public:
-    // Loads and initialises an instance; takes from it what the plan leaves to the FMU: starts and nominal values. Null: why
-    // says it.
+    // Loads and initialises an instance; takes start and nominal values from it where the plan has none. Null: why has the
+    // reason.
     static FmuPlant* open(const char* folder, Plan& plan, double start_s, Refusal& why);
     ~FmuPlant() { close(); }
 
@@ -31,7 +31,7 @@ public:
     bool memory_lasts() const override { return !sizes.events || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }
     bool begin_anew(Refusal& why) override;
-    // After questions that led elsewhere. False: the instance is lost.
+    // After evaluations elsewhere. False: the instance is lost.
     bool back_at_start() { return running_ && recall(held_) == Answer::ok; }
     const Plan* plan() const { return &plan_; }
     int state_of_output(int output) const override;
@@ -63,15 +63,15 @@ private:
     char resources_[max_path] = "", said_[320] = "";
     double start_s_ = 0;
     bool running_ = false, lost_ = false;
-    // What it remembers, and whether the instance has gone on from there.
+    // The discrete state, and whether the instance has continued from it.
     FmuMemory memory_;
     double* held_ = nullptr;
     bool has_gone_on_ = false;
     double next_event_s_ = HUGE_VAL, first_event_s_ = HUGE_VAL;
-    // Variables that sensors read, each once, and which of them a sensor reads: some FMUs answer one that is asked for twice once.
+    // Variables of sensors, each once, and the one of each sensor: some FMUs return a repeated variable once.
     std::uint32_t asked_[max_channels_used] = {};
     int asked_as_[max_channels_used] = {}, asked_count_ = 0;
-    // What the instance was given last.
+    // The values set last.
     double inputs_[max_inputs] = {}, parameters_[max_estimated] = {}, column_[max_estimated] = {};
 };
 

@@ -1,10 +1,11 @@
-// Where the plant has no answer. Over what is left of an interval the estimate is held, and P grows by what was missed: by the fastest
-// rates of the states lately, over the w seconds in all for which it has been held, and by their noise,
+// Intervals in which the plant fails. Over the rest of the interval the estimate is held, and P grows by the missed displacement: the
+// largest recent rates of the states, over the w seconds in all for which it has been held, and their noise,
 //
 //     P_ii += ((w + T)^2 - w^2) x_i'^2 + T Q_ii
 //
-// each by itself, because a way that turns is not the straight one on which a sensor of one would correct the others. An event that was
-// not passed may have changed a state by as much as it is. A correction that leads to where the plant does not answer ends before that.
+// each variance by itself: the path may curve, so that correlations along a straight one would let a sensor of one state correct the
+// others. An event that was not passed may have changed a state by its whole value. A correction into a region where the plant fails
+// ends before that region.
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -35,11 +36,11 @@ void Model::hold(State& s, double by_s) const {
     v[at.ready] = 0;
 }
 
-// How fast what is estimated goes at most: as the plant has it, or as it went when the plant had answers.
+// Largest rate of each estimated number: of the plant, or the last one before it failed.
 void Model::course(const State& s, const double* part, double* dX) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    const Trouble met = *trouble_; // what is asked here is no trouble
+    const Trouble met = *trouble_; // failures here are not reported
     const double t_s = s.x()[at.t] + part[at.elapsed];
     expected(part, work_->x);
     const bool recalled = !crosses() || plant_->recall(part + at.memory) == Answer::ok;
@@ -48,7 +49,7 @@ void Model::course(const State& s, const double* part, double* dX) const {
     for (int i = 0; i < p.moving; ++i) dX[i] = std::max(std::fabs(dX[i]), s.x()[at.course + i]);
 }
 
-// The event has led to no sound state: its inputs hold from now on, its sensors are not used.
+// The event has no sound result: its inputs hold from now on, its sensors are not used.
 bool Model::miss(State& s, const Event& event) const {
     const Layout& at = layout();
     double* v = s.x();
@@ -64,7 +65,7 @@ bool Model::miss(State& s, const Event& event) const {
 
 // At the end of an interval, before anything is corrected.
 void Model::note_course(State& s, double interval_s) const {
-    constexpr double kept = 0.99; // of a fastest rate, from interval to interval
+    constexpr double kept = 0.99; // share of the largest rate kept from interval to interval
     const Layout& at = layout();
     double *v = s.x(), *from = v + at.from, *rate = v + at.course;
     for (int i = 0; interval_s > 0 && v[at.holds] == 0 && i < problem_->moving; ++i)
@@ -87,7 +88,7 @@ bool Model::answers(const State& s, const double* X) const {
     return std::all_of(dx, dx + p.n, [](double value) { return std::isfinite(value); });
 }
 
-// From X of a correction back towards what was expected, where the plant had answers, as far as it takes; P grows by that.
+// From the corrected X back towards the predicted one, as far as necessary; P grows by the difference.
 void Model::pull_back(const State& s, const double* part, double* X, double* P) const {
     const Problem& p = *problem_;
     constexpr int halves = 12;

@@ -1,11 +1,11 @@
-// Parts of an estimate. Where an event of the plant has come for the mean and not for all of what may be true, or the other way
-// round, one Gaussian would be wrong, however its covariance was made. It is cut at the guard: with k = P g / sd, a the distance to
-// the guard in sd, and the normal density phi and distribution Phi,
+// Parts (hypotheses) of an estimate. If an event has occurred for the mean and not for all of the Gaussian, or the reverse, one
+// Gaussian is wrong for any covariance. It is cut at the guard: with k = P g / sd, a the distance of the mean to the guard in sd,
+// and the normal density phi and distribution Phi,
 //
 //     not yet   weight Phi(a)     mean m + k l          P - k k' l (l + a)               l  = phi(a) / Phi(a)
 //     jumped    weight Phi(-a)    J(m) - Xi k l'        Xi (P - k k' l' (l' - a)) Xi'    l' = phi(a) / Phi(-a)
 //
-// The next samples weigh the parts; those with equal numbers of events merge.
+// The next samples weight the parts; parts with equal numbers of events merge. docs/filter_observer.md derives it.
 #include "estimation/mixture.hpp"
 #include "estimation/truncation.hpp"
 #include "observer/observer_model.hpp"
@@ -26,7 +26,7 @@ double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
 
 // ------------------------------------------------------------------------------------------------ splits
 
-// At the end of an interval: the plant is as the part has it.
+// At the end of an interval, with the plant in the state of the part.
 bool Model::split_near_guard(Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
     const Passage& e = run.newest;
@@ -36,13 +36,13 @@ bool Model::split_near_guard(Run& run, double* part) const {
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
 }
 
-// Whether a mode decays or turns within a time, so that the slope tells nothing of where the flow will be.
+// Whether a mode decays or oscillates within a time, so that linear extrapolation of the flow fails.
 bool Model::slope_leads_away(double after_s) const {
     constexpr double modes = 1;
     return fastest_rate_of_A() * after_s > modes;
 }
 
-// A stiff plant goes nowhere along its slope: where another would be split, points go from the beginning of the interval.
+// Linear extrapolation fails for a stiff plant: sigma points from the beginning of the interval replace the split.
 bool Model::doubt_stiffly(Run& run, const double* part, bool uncertain) const {
     const Problem& p = *problem_;
     Passage& e = run.present;
@@ -58,7 +58,7 @@ bool Model::doubt_stiffly(Run& run, const double* part, bool uncertain) const {
     return true;
 }
 
-// The event has come, but may not have: the part as it was before it, carried to now as if there was no guard.
+// The event may not have occurred: the part before it, propagated to now without a guard.
 bool Model::split_at_newest(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -80,7 +80,7 @@ bool Model::split_at_newest(Run& run, double* part) const {
     return split(run, waiting, part, e, -std::fabs(e.rate) * since_s, J);
 }
 
-// The part beside what it is if the event comes, which is to_s and distance away.
+// A second part for the case that the event occurs, after to_s at this distance.
 bool Model::split_after_jump(Run& run, double* part, double to_s, double distance) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -95,7 +95,7 @@ bool Model::split_after_jump(Run& run, double* part, double to_s, double distanc
     return split(run, part, jumped, e, distance, J);
 }
 
-// The event has not come, but may have: the guard is reached along the flow, jumped there, and flown back from.
+// The event may have occurred: the guard is reached along the flow, the reset applied there, and the flow reversed.
 bool Model::split_at_next(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -112,11 +112,11 @@ bool Model::split_at_next(Run& run, double* part) const {
     double to_s = 0, beyond_sigma = 0;
     if (!turns_beyond(run, now_s, guard, &beyond_sigma)) return false;
     if (beyond_sigma < hardly_sigma) {
-        if (beyond_sigma > -hardly_sigma) give_up(run, guard, -1); // else hardly anything comes there
+        if (beyond_sigma > -hardly_sigma) give_up(run, guard, -1); // else negligible weight
         return true;
     }
     if (!reach(run, part, guard, &to_s)) return false;
-    if (first_changed(part) != guard) return true; // another one is before it, or there is none
+    if (first_changed(part) != guard) return true; // another guard is before it, or there is none
     if (!pass(run, part, now_s + to_s, Cause::guard, guard, true)) return false;
     if (!e.derivable) return true;
     if (e.silent) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
@@ -125,7 +125,7 @@ bool Model::split_at_next(Run& run, double* part) const {
     return split_after_jump(run, part, to_s, distance);
 }
 
-// run.present.X goes along its slope to a guard and as little as it takes beyond, after_s from now.
+// run.present.X moves along its slope to a guard and minimally beyond, after_s from now.
 bool Model::reach(Run& run, const double* part, int guard, double* after_s) const {
     Passage& e = run.present;
     const double now_s = run.s.x()[layout().t] + run.interval_s, rate = work_->rates[guard];
@@ -141,7 +141,7 @@ bool Model::reach(Run& run, const double* part, int guard, double* after_s) cons
     return true;
 }
 
-// Of those that come nearer and are within four sigma the one that comes first; -1: none.
+// The first indicator among those that approach and are within four sigma; -1: none.
 int Model::next_guard(const double* part, const double* P) const {
     const Problem& p = *problem_;
     int first = -1;
@@ -157,8 +157,8 @@ int Model::next_guard(const double* part, const double* P) const {
     return first;
 }
 
-// waiting and jumped are one part beside one that comes anew, its weight in both; e: X and P not jumped, the gradient rising on the
-// near side. J: X after the event, carried to now.
+// waiting and jumped become one part beside a new one, with the weight of both; e: X and P before the reset, the gradient rising on
+// the near side. J: X after the event, propagated to now.
 bool Model::split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -204,7 +204,7 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
     return true;
 }
 
-// A correction may have put X through a guard. That is no event: X goes back along P. The plant is as the part has it.
+// A correction may move X through a guard. That is no event: X is moved back along P. The plant has the state of the part.
 Model::Inside Model::put_inside(const State& s, double* part, double t_s, double* X, const double* P) const {
     const Problem& p = *problem_;
     constexpr int tries = 5;
@@ -229,7 +229,7 @@ Model::Inside Model::put_inside(const State& s, double* part, double t_s, double
 
 // ------------------------------------------------------------------------------------------------ merges
 
-// Mean and covariance of all parts at the time that each has come to.
+// Mean and covariance of all parts, each at its own time.
 void Model::fused(const State& s, double* X, double* P) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -248,7 +248,7 @@ void Model::fused(const State& s, double* X, double* P) const {
     mixture::moments(count, p.N, part, X, P);
 }
 
-// The other into the part, by moments; what the plant remembers is that of the heavier.
+// Merges the other into the part by moments; the discrete state is that of the heavier.
 void Model::merge(double* part, const double* other) const {
     const int triangle = Layout::triangle(problem_->N);
     const Layout& at = layout();
@@ -267,7 +267,7 @@ void Model::merge(double* part, const double* other) const {
     std::copy_n(P, triangle, part + at.P);
 }
 
-// How far two parts are from each other, the largest difference in sigma.
+// Distance of two parts, the largest difference in sigma.
 double Model::apart(const double* part, const double* other) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -282,7 +282,7 @@ double Model::apart(const double* part, const double* other) const {
     return most;
 }
 
-// Whether two parts may be one: the events that they have had are as many, or the plant does not tell them apart.
+// Whether two parts may merge: equal numbers of events, or a plant whose discrete state does not differ.
 bool Model::alike(const double* part, const double* other) const {
     const Layout& at = layout();
     if (part[at.jumps] == other[at.jumps]) return true;

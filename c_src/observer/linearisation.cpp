@@ -44,7 +44,7 @@ Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at,
     return answer;
 }
 
-// Six millionths: the cube root of the rounding, where the errors of rounding and of the curve are alike.
+// The cube root of the rounding, where rounding and truncation errors are equal.
 Answer Linearisation::differences(Plant& plant, Function function, Variable variable, const Point& at, double* J) {
     const int rows = problem_.sizes.rows(function), first = problem_.sizes.first(variable);
     std::copy_n(at.x, problem_.n, x_);
@@ -63,7 +63,7 @@ Answer Linearisation::differences(Plant& plant, Function function, Variable vari
     return Answer::ok;
 }
 
-// One-sided where the plant has no answer on the other side: a root, a table that ends.
+// One-sided where the plant fails on the other side: a root, a table that ends.
 Answer Linearisation::column(Plant& plant, Function function, const Point& moved, double* number, double up, double down,
                              int rows, double* out) {
     const double kept = *number;

@@ -1,4 +1,4 @@
-// The Jacobian of a plant's function by all that is estimated, block by block: the plant's own where it has been proven
+// The Jacobian of a plant's function by X, block by block: the plant's own derivatives where they have been confirmed
 // (derivative_proof.hpp), central differences elsewhere. An output that is a state has a unit row.
 #pragma once
 
@@ -16,7 +16,7 @@ public:
     bool exact(Function function, Variable variable) const { return exact_[int(function)][int(variable)]; }
     void set_exact(Function function, Variable variable, bool is) { exact_[int(function)][int(variable)] = is; }
 
-    // Rows of the function, N columns, row-major. Not ok: some of it is missing.
+    // Rows of the function, N columns, row-major. Not ok: incomplete.
     Answer jacobian(Plant& plant, Function function, const Point& at, double* J);
     Answer differences(Plant& plant, Function function, Variable variable, const Point& at, double* J);
 

@@ -1,4 +1,4 @@
-// A plant of an FMU that lives in this process, in a list of all of them.
+// A plant of an FMU in this process, in a list of all of them.
 #pragma once
 
 #include "observer/plan.hpp"
@@ -9,7 +9,7 @@ namespace hnav::observer {
 
 class LivePlant {
 public:
-    // How it went its way when no other lived; see live_plants.cpp.
+    // Its trajectory as a single instance; see live_plants.cpp.
     struct Way {
         const Plan* plan = nullptr;
         double start_s = 0;
@@ -22,13 +22,13 @@ public:
     LivePlant& operator=(const LivePlant&) = delete;
     ~LivePlant();
 
-    // Takes the answers of the way over, a block.
+    // Takes ownership of the stored trajectory.
     void enter(std::uint64_t token, const Way& way);
     static bool lives(std::uint64_t token);
-    // Instances with this token have been found to leave each other alone; known while one of them lives.
+    // Instances with this token do not disturb each other; valid while one of them exists.
     static void pass(std::uint64_t token);
     static bool has_passed(std::uint64_t token);
-    // A copy of the way of one that has such a token and a way, its plan to plan: no answers if there is none, or no memory.
+    // A copy of the trajectory of a plant with this token, its plan to plan: empty if there is none, or no memory.
     static Way way_of(std::uint64_t token, Plan* plan);
 
 private:

@@ -11,10 +11,10 @@
 namespace hnav::observer {
 namespace {
 
-// Of the trial: steps of Euler, each by about a hundredth of the states, and leaps to times that the plant has named.
+// Trial: Euler steps, each about a hundredth of the states, and steps to times that the plant has announced.
 constexpr int steps = 40, leaps = 3;
 constexpr double step = 0.01, longest_step_s = 1e-3, longest_leap_s = 10;
-// The same answers, where some differ in their last digits from question to question.
+// Equal values, for plants whose repeated evaluations differ in their last digits.
 constexpr double same = 1e-9;
 
 template <class T>
@@ -27,10 +27,10 @@ struct Owned {
     }
 };
 
-// One instance that goes its way from the start of its plan, step by step.
+// One instance, stepped from the start of its plan.
 class Walk {
 public:
-    // Of a step: states, their derivatives, sensors, how it has answered, the time of its next event.
+    // Of a step: states, derivatives, sensors, statuses, time of the next event.
     static int numbers_of(const PlantSizes& sizes) { return 2 * sizes.states + sizes.outputs + 2; }
 
     Walk(FmuPlant& plant, const Plan& plan, double start_s, double* to)
@@ -82,7 +82,7 @@ bool differ(double a, double b) {
     return !(a == b || (std::isnan(a) && std::isnan(b)) || std::fabs(a - b) <= same * (std::fabs(a) + std::fabs(b)));
 }
 
-// False: why names the first answer that differs.
+// False: why names the first value that differs.
 bool agree(const Plan& plan, const double* alone, const double* beside, Refusal& why) {
     const int numbers = Walk::numbers_of(plan.sizes), n = plan.sizes.states, sensors = plan.sizes.outputs;
     for (int k = 0; k < steps * numbers; ++k) {
@@ -110,7 +110,7 @@ struct Block {
     }
 };
 
-// Two instances beside those that live, one of which is made while the other is on its way, against one that was alone.
+// Two instances beside the existing ones, the second made while the first is stepped, compared with a single instance.
 bool leave_each_other_alone(const char* folder, Plan& plan, const LivePlant::Way& way, Refusal& why) {
     Block memory;
     if (!memory.take(2 * way.count)) return why.refuse(Refusal::plant, "no memory for a trial of %s", plan.identifier);
@@ -133,7 +133,7 @@ bool leave_each_other_alone(const char* folder, Plan& plan, const LivePlant::Way
 
 SpinLock one_at_a_time;
 
-// Before another is used beside one that lives.
+// Before a further instance is used.
 bool may_be_second(const char* folder, std::uint64_t token, Refusal& why) {
     if (LivePlant::has_passed(token)) return true;
     auto* plan = make_object<Plan>();

@@ -1,12 +1,12 @@
-// FMUs that live in this process. Instances of one FMU share what is static in its library, and some lose events through that: so each
-// has a copy of the file of its own, and before a second one is used it is tried whether two leave each other alone.
+// FMUs in this process. Instances of one FMU share the static variables of its library, and some lose events through that. Each
+// therefore loads its own copy of the file, and before a second one is used a trial checks that they do not disturb each other.
 #pragma once
 
 #include "observer/fmu_plant.hpp"
 
 namespace hnav::observer {
 
-// Opens an FMU beside those that live; takes from it what the plan leaves to it. Null: why says it.
+// Opens an FMU beside the existing ones; takes values from it where the plan has none. Null: why has the reason.
 FmuPlant* open_beside_others(const char* folder, Plan& plan, double start_s, Refusal& why);
 
 } // namespace hnav::observer

@@ -100,7 +100,7 @@ bool Model::plausible(const State& s) const {
 
 // ------------------------------------------------------------------------------------------------ flow
 
-// Whether the plant has answered, with numbers; keeps what was wrong.
+// Whether the plant returned finite numbers; keeps the failure otherwise.
 bool Model::ask(Answer answer, Function function, double t_s, const double* values, int count) const {
     bool fine = answer == Answer::ok;
     for (int i = 0; fine && i < count; ++i) fine = std::isfinite(values[i]);
@@ -111,7 +111,7 @@ bool Model::ask(Answer answer, Function function, double t_s, const double* valu
     return fine;
 }
 
-// x: of a part, as it flows.
+// x: of a part, while it flows.
 Point Model::point(const State& s, const double* part, const double* x) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -120,7 +120,7 @@ Point Model::point(const State& s, const double* part, const double* x) const {
     return {s.x()[at.t] + part[at.elapsed] + x[at.clock], x, work_->u, part + at.parameters};
 }
 
-// X: all that is estimated.
+// X: all estimated numbers.
 Point Model::point_of(const State& s, double t_s, const double* X) const {
     const Problem& p = *problem_;
     std::copy_n(s.x() + layout().inputs, p.known, work_->u);
@@ -151,7 +151,7 @@ int Model::flow(const State& s, const double* x, double* dx, const Piece& piece)
     return 0;
 }
 
-// The rows of A that no plant knows.
+// The rows of A for unknown inputs and parameters.
 void Model::add_decays() const {
     const Problem& p = *problem_;
     for (int i = p.n; i < p.moving; ++i) {
@@ -163,7 +163,7 @@ void Model::add_decays() const {
 void Model::flow_of_matrices(double usual_s, const double* x, double* dx) const {
     const Problem& p = *problem_;
     add_decays();
-    // Loops whose lengths the compiler knows take a third of the time, and most plants are small.
+    // Loops of compile-time length take a third of the time, and most plants are small.
     if (p.moving == 2 && p.N == 2) return flow_of_sized<2, 2>(usual_s, x, dx);
     if (p.moving == 2 && p.N == 3) return flow_of_sized<2, 3>(usual_s, x, dx);
     if (p.moving == 3 && p.N == 3) return flow_of_sized<3, 3>(usual_s, x, dx);
@@ -217,7 +217,7 @@ void Model::nominal(double* x) const {
 
 // ------------------------------------------------------------------------------------------------ covariance
 
-// P of what is shown: Phi P Phi' + Qd, of what has flowed and the P that it has flowed from.
+// P at the time of the estimate: Phi P Phi' + Qd.
 void Model::covariance(const State& s, const double* flowed, const double* held_P, double* P) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -246,12 +246,12 @@ void Model::covariance(const State& s, const double* flowed, const double* held_
         }
 }
 
-// What has flowed goes into P, and another interval may begin.
+// Includes the flow in P and begins another interval.
 void Model::collect(const State& s, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     covariance(s, part, part + at.P, work_->P);
-    // A mode that has died leaves a variance of nothing but rounding.
+    // A decayed mode has a variance of rounding only.
     for (int i = 0; i < p.N; ++i) {
         double& variance = work_->P[i * p.N + i];
         if (variance < 0 && variance > -1e-12 * p.scale[i] * p.scale[i]) variance = 0;
@@ -280,7 +280,7 @@ void Model::put(const double* X, double* part) const {
     std::copy_n(X + problem_->moving, problem_->sizes.parameters, part + layout().parameters);
 }
 
-// The mean of the Gaussian that is not cut, where the part has flowed to.
+// The mean of the untruncated Gaussian at the present time of the part.
 double* Model::expected_uncut(const double* flowed, const double* part, double* X) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -293,7 +293,7 @@ double* Model::expected_uncut(const double* flowed, const double* part, double* 
     return X;
 }
 
-// X, of a Gaussian that is not cut, becomes the mean of what the bounds leave of it; the part keeps by how much.
+// X, the mean of an untruncated Gaussian, becomes the mean of the truncated one; the part keeps the difference.
 void Model::place(double* X, const double* P, double* part) const {
     const Problem& p = *problem_;
     double* beyond = part + layout().beyond;
@@ -303,7 +303,7 @@ void Model::place(double* X, const double* P, double* part) const {
     for (int i = 0; i < p.N; ++i) beyond[i] -= X[i];
 }
 
-// The parameter for one of its logarithm: its mean is so large.
+// The logarithm is replaced by its parameter when the mean is too large.
 double Model::to_unit(const State& s, int i) const {
     if (!is_log(i)) return 1;
     const double* part = s.x();
@@ -311,7 +311,7 @@ double Model::to_unit(const State& s, int i) const {
     return std::exp(part[layout().parameters + i - problem_->moving] + 0.5 * part[layout().P + i * N - i * (i - 1) / 2]);
 }
 
-// Parameters of a logarithm with the moments that a Gaussian gives them.
+// Parameters of a logarithm, with the moments of the Gaussian.
 void Model::leave_logarithms(double* X, double* P) const {
     const Problem& p = *problem_;
     for (int i = p.moving; i < p.N; ++i) {

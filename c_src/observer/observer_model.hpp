@@ -1,12 +1,12 @@
-// The observer as a model of Filter<Model>: between samples x, d, the moving rows S of their transition matrix and the noise
-// that enters flow together, at a sample P = Phi P Phi' + Qd is corrected by all its sensors.
+// The observer as a model of Filter<Model>: between samples x, d, the moving rows S of their transition matrix and the process
+// noise Qd flow together; at a sample all its sensors correct P = Phi P Phi' + Qd. Equations (O1) to (O4) of docs/filter_observer.md.
 //
 //   x' = f(t, x, u, d, theta),  S' = A [S; rest of I],  Qd' = A Qd + Qd A' + Q        A = d(x', d')/dX
 //
-// The flow does not know P, which stays positive semidefinite through the congruence; Phi and Qd have tolerances of their own.
+// The flow does not contain P, which stays positive semidefinite by the congruence; Phi and Qd have their own tolerances.
 //
-// A plant may have events of its own. Then the flow goes from guard to guard (crossing.cpp), an event carries P along by its
-// saltation matrix (saltation.cpp), and where an event may have been or not the estimate splits into parts (hypotheses.cpp).
+// In a plant with events the flow goes from guard to guard (crossing.cpp), P passes an event by its saltation matrix
+// (saltation.cpp), and the estimate splits into parts if an event may or may not have occurred (hypotheses.cpp).
 #pragma once
 
 #include "hybrid/model_concept.hpp"
@@ -25,11 +25,11 @@ namespace hnav::observer {
 
 struct ModelSettings {
     bool start_at_first_sample = true;
-    double rtol = 1e-7;            // of x; absolute tolerances are these times a scale
+    double rtol = 1e-7; // of x; absolute tolerances are these times a scale
     double covariance_rtol = 1e-4; // of Phi and Qd
     double robust_rate_1_s = 0; // see inflate
     bool sigma_points = false;
-    double outlier_sigma = 0;     // 0: no sample is an outlier
+    double outlier_sigma = 0; // 0: no sample is an outlier
     double time_jump_limit_s = 0; // see forget_time
 };
 
@@ -49,54 +49,54 @@ struct Passage : PassageMemory {
     double rate = 0; // of the indicator, along the flow
     double sigma_s = 0; // of the time of the event
     bool silent = false;
-    bool derivable = true; // false: it has not been passed, for it has no derivative
+    bool derivable = true; // false: not passed, because it has no derivative
     bool shifts = false; // its time depends on X, by its guard
-    bool is_newest = false; // it changed something, and nothing has come after it
+    bool is_newest = false; // it had an effect, and no later event
 };
 
-// Points by which an interval without derivatives goes, as many pairs in the plane of the guards: see spread.cpp.
+// Points of an interval without derivatives, as many pairs in the plane of the guards: see spread.cpp.
 inline int spread_count(int N) { return N > 2 ? std::max(32, N) : 64; }
 void make_spread(int N, double* plane);
-// Parts that an interval may make: each of the old ones becomes as many as there may be.
+// Parts of an interval: each of the old ones may split into max_parts.
 constexpr int max_branches = max_parts * max_parts;
 constexpr double smallest_weight = 1e-4; // of a part
 
-// Memory in which a model computes: nothing in it is good for longer than a call. One for each filter.
+// Scratch memory of a model, valid within a call. One for each filter.
 class Workspace {
 public:
     // Counts on an arena without memory.
     Workspace(Arena& arena, const Problem& problem);
 
-    const Layout layout; // worked out once: the flow asks for it at each evaluation
+    const Layout layout; // computed once: needed at each evaluation of the flow
     Linearisation linearisation;
     // N; inputs; moving x N; N x N twice; for each part sensors x N, sensors, and of each sensor innovation and variance; N;
     // N x N.
     double *x, *u, *A, *Qd, *product, *H, *y, *nu, *variance, *gain, *P;
-    double* cut; // N x N, a covariance that is being cut
+    double* cut; // N x N, a covariance during truncation
 
-    // Of a plant with events: parts that an interval makes; points of a step; values of indicators at both ends of a bracket and
-    // anywhere, at five places of a step, and at the beginning; their gradients and rates.
+    // For a plant with events: parts of an interval; points of a step; values of indicators at both ends of a bracket and
+    // inside, at five points of a step, and at the beginning; their gradients and rates.
     double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *z_first, *gradients, *rates,
         *probe, *slope_here;
-    // Where no derivative exists: the part as it was at the beginning of the interval, and after its newest event, its S since, a
-    // point that is sent from there, pairs of numbers for all of them, gradients of two guards there, and the mean.
+    // Without derivatives: the part at the beginning of the interval and after its newest event, its S since then, a point that
+    // is propagated from there, pairs of numbers for all points, gradients of two guards there, and the mean.
     double *beginning, *segment, *segment_S, *point, *plane, *guards, *spread_mean;
-    double* first_memory; // what the plant remembers at the start
-    // Five matrices N x N; a state to make the solver for stiff intervals with.
+    double* first_memory; // discrete state at the start
+    // Five matrices N x N; a state for the creation of the stiff solver.
     double *matrices, *stiff_start;
     PassageMemory passages[2];
 };
 
-// What the plant answered when it failed last.
+// The last failure of the plant.
 struct Trouble {
     bool any;
     Function function;
     Answer answer; // ok: a number that is not finite
     double t_s;
-    char said[200]; // by the plant
+    char said[200]; // message of the plant
 };
 
-// What flows: a part of the state, null for the first, with its matrices or as a sigma point does, without.
+// What flows: a part of the state (null: the first) with its matrices, or a sigma point without.
 struct FlowingPart {
     const double* part = nullptr;
     bool alone = false;
@@ -115,7 +115,7 @@ public:
         : plant_(&plant), problem_(&problem), work_(&work), stiff_(&stiff), trouble_(&trouble), settings_(settings) {}
 
     int nx() const { return layout().nx; }
-    // Inputs, sensors, and the moment at which the estimate begins: so inputs of an instant act before its sensors.
+    // Inputs, sensors, and the start of the estimate: inputs of an instant therefore act before its sensors.
     int channels() const { return start_channel() + 1; }
     int values() const { return 1; }
     int sensor_channel(int sensor) const { return problem_->known + sensor; }
@@ -130,15 +130,15 @@ public:
     int flow(const State& s, const double* x, double* dx, const Piece& piece = {}) const;
     bool crosses() const { return problem_->sizes.events; }
     bool cross(State& s, double interval_s, Propagator& propagator) const;
-    // For an integrator outside, which has brought the first part to t_s: the plant's events there; when time brings the next, infinite
-    // for none; and its indicators at x.
+    // For an integrator outside, which has brought the first part to t_s: the plant's events there; the time of its next time event
+    // (infinite: none); its indicators at x.
     bool have_events_of_plant(State& s, double t_s, bool* any) const;
-    // The plant may want an event at the end of a step: the state keeps that until it has been.
+    // The plant may request an event at the end of a step: the state keeps the request until the event.
     bool step_outside_done(State& s, const double* x) const;
     bool wants_event(const State& s) const { return s.x()[layout().wants_event] != 0; }
     double next_event_of_plant_s(const State& s) const;
     bool indicators_at(const State& s, const double* x, double* z) const;
-    // Steps of the explicit solver in an interval, beyond which the plant is taken to be stiff there.
+    // Steps of the explicit solver in an interval beyond which the plant is treated as stiff.
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return true; }
     bool by_points() const { return settings_.sigma_points; }
@@ -154,18 +154,18 @@ public:
 
     // N numbers each, of a state that may have flowed since its event; P is N x N. Null is not written.
     void estimate(const State& s, double* X, double* sigma, double* P) const;
-    // Of its parts: how many there are, the weight of the largest, events of the plant so far in it and in the mean.
+    // Number of parts, weight of the largest, events of the plant so far in it and in the mean.
     struct Summary {
         int count;
         double largest, events, mean_events;
     };
     Summary parts(const State& s) const;
 
-    // What the samples of a sensor have shown of its health.
+    // Counts of a sensor's health.
     const Check& check(const State& s, int sensor) const {
         return reinterpret_cast<const Check*>(s.x() + layout().checks)[sensor];
     }
-    // Ready at the last correction, and every sigma is below its limit still.
+    // Ready at the last correction, and every sigma is still below its limit.
     bool ready(const State& s) const;
 
     const Layout& layout() const { return work_->layout; }
@@ -174,9 +174,9 @@ public:
 private:
     enum class Cause { guard, time, input };
     enum class Inside { was, is_now, is_not, failed };
-    // missed: an indicator has turned back so near to its guard that a part of what may be true has crossed it.
+    // missed: an indicator has turned back so close to its guard that a part of the Gaussian has crossed it.
     enum class Stop { end, guard, step, missed, failed };
-    // Parts side by side, in a state or as an interval makes them: what estimation/mixture.hpp takes.
+    // Parts of a state or of an interval, as estimation/mixture.hpp takes them.
     struct Parts {
         double* operator[](int i) const { return first + static_cast<std::ptrdiff_t>(i) * model.layout().part_numbers; }
         int count() const { return used; }
@@ -190,7 +190,7 @@ private:
         double* first;
         int used;
     };
-    // A part, or a point, through an interval, and what it has met there.
+    // A part or a point during an interval, and its events.
     struct Run {
         Run(State& state, double length_s, const Workspace& work, Propagator* by = nullptr, Parts* parts = nullptr)
             : s(state), interval_s(length_s), propagator(by), made(parts), newest(work.passages[0]), present(work.passages[1]) {}
@@ -199,17 +199,17 @@ private:
         double interval_s;
         Propagator* propagator; // null: nothing flows
         Parts* made; // this part, the last, and those that it splits into
-        bool alone = false; // flow and events without matrices: a sigma point does
+        bool alone = false; // flow and events without matrices, for a sigma point
         bool outside = false; // an integrator outside has met an event: points cannot go back
-        bool stiffly = false; // by the implicit solver, now
-        bool went_stiffly = false; // at some time
-        double stiff_step_s = 0; // of the step of the implicit solver that has come to a guard
-        bool derivable = true; // what has been met
-        int passed = 0; // events that changed something
+        bool stiffly = false; // with the implicit solver now
+        bool went_stiffly = false; // with the implicit solver at some time
+        double stiff_step_s = 0; // step of the implicit solver that reached a guard
+        bool derivable = true; // the event has a derivative
+        int passed = 0; // events with an effect
         Passage newest, present;
     };
 
-    // An interval of a stiff plant, for the functions that its solver asks.
+    // An interval of a stiff plant, for the callbacks of its solver.
     struct StiffRun {
         static int flow(const void* context, double s, const double* x, double* dx);
         static int jacobian(const void* context, double s, const double* x, double* J);
@@ -320,7 +320,7 @@ private:
     bool changes_nothing(const Run& run, bool with_matrix) const;
 
     // spread.cpp
-    // A guard that is not further away than this where the flow turns back is hardly crossed or hardly missed.
+    // A guard within this distance of the turning point is hardly crossed or hardly missed.
     static constexpr double hardly_sigma = 3;
     struct Spread {
         const double *mean, *root;

@@ -53,7 +53,7 @@ private:
     bool whole_ = true;
 };
 
-// What is known of something that is estimated, until it is known how many states there are.
+// Statistics of an estimated number, until the number of states is known.
 struct Estimated {
     double start, sigma, noise, nominal, ready, time_constant;
 
@@ -66,12 +66,12 @@ struct Estimated {
     }
 };
 
-// Takes line after line in.
+// Reads line after line.
 class Reader {
 public:
     explicit Reader(Plan& plan) : plan_(plan) {}
 
-    // Null: the line is understood.
+    // Null: the line was read.
     const char* take(Words& words) {
         const char* key = words.word();
         if (!*key) return nullptr;
@@ -85,7 +85,7 @@ public:
 
     bool ended() const { return ended_; }
 
-    // Puts what was read into one row.
+    // Collects the rows that were read.
     void finish() {
         plan_.sizes.states = count_[states];
         plan_.sizes.inputs = count_[inputs] + count_[unknowns];

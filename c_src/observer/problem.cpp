@@ -13,7 +13,7 @@ namespace {
 
 double at(const double* values, int i, double otherwise) { return values ? values[i] : otherwise; }
 
-// Numbers of the caller's, null where a default stands for them. Their squares are to be numbers too.
+// Numbers of the caller, null where a default applies. Their squares must be finite.
 struct Row {
     const char* name;
     const double* values;
@@ -145,7 +145,7 @@ bool Problem::assign(const Statistics& g, Refusal& why) {
     return true;
 }
 
-// A logarithm of such a mean and variance that the parameter has those that were given.
+// Moments of the logarithm such that the parameter has the given mean and variance.
 void Problem::set_logarithm(int k) {
     const int i = moving + k;
     const double mean = start[i];
@@ -172,8 +172,8 @@ void Problem::set_bounds(const Statistics& g) {
     }
 }
 
-// A nominal value of 1 for a pressure of 1e5 Pa is common: it is never trusted alone. What has no noise of its own receives
-// some from the others: a hundredth of the largest is worth no accuracy.
+// A nominal value of 1 for a pressure of 1e5 Pa is common, so it is never used alone. Numbers without process noise receive a
+// noise scale from the others: a hundredth of the largest; more accuracy has no use.
 void Problem::set_scales(const Statistics& g) {
     double largest = 0;
     for (int i = 0; i < N; ++i) {

@@ -1,4 +1,4 @@
-// What is to be estimated of a plant, and what is known beforehand of its start, its noise and its sensors.
+// The estimation problem of a plant: start, process noise and sensors.
 //
 //   X = (x, d, theta)   states, unknown inputs, parameters: N numbers, of which x and d move between samples
 //   x' = f(t, x, u, d, theta) + w,   d' = -d / tau + w,   theta' = w;   y = h(t, x, u, d, theta) + v
@@ -14,9 +14,9 @@ namespace hnav::observer {
 
 constexpr int max_estimated = 64;
 constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
-constexpr int max_size = 1000;        // of anything
+constexpr int max_size = 1000;        // of any count
 
-// As the caller gives it; null where a default stands for it. Widths: N, unknown inputs, known inputs, outputs.
+// As given by the caller; null where a default applies. Widths: N, unknown inputs, known inputs, outputs.
 struct Statistics {
     const double* start;           // N; null: zero
     const double* start_sigma;     // N
@@ -31,7 +31,7 @@ struct Statistics {
     const std::uint8_t* logarithmic; // parameters; 1: by its logarithm; null: none
 };
 
-// What is wrong with a plant or with what is said of it.
+// Kind of error of a plant or of its statistics.
 struct Refusal {
     enum Kind { null, size, non_finite, impossible, plant } kind = impossible;
     char text[320] = "";
@@ -54,8 +54,8 @@ public:
     double *start, *start_variance, *noise, *scale, *ready_sigma, *decay_1_s, *input_start; // noise: squared density
     double *sensor_variance, *gate_nis;
     double* noise_scale; // of the tolerances of the noise, unit / sqrt(s)
-    // Between which X is, a billionth of its scale within what was given: roots have a derivative there. Of parameters: 1 where X is the
-    // logarithm; then all that stands here is of that, but for ready_sigma.
+    // Range of X, a billionth of its scale inside the given bounds: roots have a derivative there. logarithmic, of parameters: 1 where X is
+    // the logarithm; the other values here are then of the logarithm, except ready_sigma.
     double *low, *high, *is_log;
     bool bounded = false; // any bound, any logarithm
 
@@ -70,8 +70,8 @@ private:
 constexpr int max_parts = 4;
 using Check = SensorCheck<double, 1>;
 
-// Where the numbers of a state stand: up to four parts, each with all that it knows of the plant, then what they share. Of a
-// plant without events there is one.
+// Layout of a state: up to four parts, each with its own discrete state of the plant, then the shared numbers. A plant without
+// events has one part.
 struct Layout {
     explicit Layout(const Problem& p)
         : S(p.moving),
@@ -119,23 +119,23 @@ struct Layout {
     static constexpr int check_numbers = sizeof(Check) / sizeof(double);
     enum Counts { splits, grazing, chattering, projected, holding, all_counts };
 
-    // Of a part, from where it begins. x and d come first. S: rows of Phi that move; Qd: upper triangle, in units of `usual`
-    // seconds; clock: the time since S and Qd began, elapsed: of these since the event of the filter.
+    // Of a part, relative to its beginning. x and d come first. S: moving rows of Phi; Qd: upper triangle, in units of `usual`
+    // seconds; clock: time since S and Qd were reset; elapsed: time since the event of the filter.
     int S, Qd, clock, nx;
     int parameters, P;
-    // Of a plant with bounds: what the mean of the Gaussian that is not cut has beyond x, d and the parameters, which are that of what
-    // is left of it. P is not cut: a bound that cuts at every sample what it has cut before would count for more than it says.
+    // Of a plant with bounds: difference of the mean of the untruncated Gaussian from x, d and the parameters, which are that of the
+    // truncated one. P is not truncated: a bound that truncates again at every sample would be counted more than once.
     int beyond;
-    // How likely it is; events of the plant that changed something; time of the next that time brings; 1 where an indicator is
-    // above 0; what the plant remembers.
+    // Weight; events of the plant with an effect; time of the next time event; 1 where an indicator is above 0; discrete
+    // state of the plant.
     int weight, elapsed, jumps, next_event, sides, memory, part_numbers;
 
     int parts;
     int inputs, information;
-    // Of the newest event; about as long as intervals are; flags and counts; logarithm, of the newest correction; whether the plant
-    // was stiff in the newest interval; time of the newest correction; whether the plant wants an event at the end of the newest step of
-    // an integrator outside; how long the estimate has been held since the plant had an answer for a whole interval, and whether it is
-    // in this one; the moving numbers after the newest event, and the fastest that they went lately.
+    // Of the newest event; usual length of intervals; flags and counts; log-likelihood of the newest correction; whether the plant
+    // was stiff in the newest interval; time of the newest correction; whether the plant requests an event at the end of the newest step
+    // of an integrator outside; how long the estimate has been held since the plant's last complete interval, and whether it is held in
+    // this one; the moving numbers after the newest event, and their largest recent rates.
     int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event, held,
         holds, from, course, counts, sensors, checks;
     int numbers;

@@ -1,9 +1,9 @@
-// An event of the plant and its first-order effect on the estimate, the saltation matrix
+// An event of the plant and its first-order effect on the estimate, the saltation matrix (O4 in docs/filter_observer.md)
 //
 //   Xi = R + (f+ - R f- - r_t) z_X' / (z_t + z_X' f-)          R = dr/dX of the reset r
 //
-// R cannot be asked for on a guard. So the whole is: differences of "flow, event, flow back", each from the discrete state before
-// the event. Every probe starts on a surface parallel to the guard and a little beyond, so that every one has its event.
+// R does not exist on a guard. Xi is therefore computed by differences of "flow, event, flow back", each from the discrete state
+// before the event. Every probe starts on a surface parallel to the guard and slightly beyond it, so that each has its event.
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr double probe_step = 6e-6; // as in linearisation.cpp
 constexpr double rate_step = 1e-5; // of an interval
-constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets is to be correctable
+constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets must stay correctable
 constexpr double grazing_1_s = 1e-3;
 
 } // namespace
@@ -34,14 +34,14 @@ bool Model::indicators(const State& s, double t_s, const double* X, double* z) c
     return ask(plant_->indicators(point_of(s, t_s, X), z), Function::indicators, t_s, z, count);
 }
 
-// On which sides of the guards X is, into the part.
+// Stores in the part on which sides of the guards X is.
 bool Model::take_sides(const State& s, double* part, double t_s, const double* X) const {
     if (!indicators(s, t_s, X, work_->z)) return false;
     for (int i = 0; i < problem_->sizes.indicators; ++i) part[layout().sides + i] = work_->z[i] > 0;
     return true;
 }
 
-// The first indicator that is not on the side where the part is; -1: none.
+// The first indicator on another side than in the part; -1: none.
 int Model::first_changed(const double* part) const {
     const double* sides = part + layout().sides;
     for (int i = 0; i < problem_->sizes.indicators; ++i)
@@ -49,7 +49,7 @@ int Model::first_changed(const double* part) const {
     return -1;
 }
 
-// Of all indicators: derivatives by what is estimated, and rates along the flow.
+// Of all indicators: derivatives by X, and rates along the flow.
 bool Model::gradients(const State& s, double t_s, const double* X, const double* dX) const {
     const Problem& p = *problem_;
     const int count = p.sizes.indicators;
@@ -73,7 +73,7 @@ bool Model::gradients(const State& s, double t_s, const double* X, const double*
     return indicators(s, t_s, X, work_->z);
 }
 
-// Several indicators may tell one event: the steepest says when it comes. guard: the only one that is meant, or -1. Answers which.
+// Several indicators may have one event: the steepest determines its time. guard: the only one considered, or -1. Returns which.
 int Model::choose_guard(const double* part, int guard, Passage& e) const {
     const Problem& p = *problem_;
     const double* sides = part + layout().sides;
@@ -101,8 +101,8 @@ int Model::choose_guard(const double* part, int guard, Passage& e) const {
     return chosen;
 }
 
-// Another guard that is crossed so shortly after this one that it may have been before it; -1: none. Indicators that tell the same
-// event always come together.
+// Another guard that is crossed within its uncertainty after this one; -1: none. Indicators with the same event always cross
+// together.
 int Model::coinciding(const State& s, const double* part, int guard, const Passage& e) const {
     const Problem& p = *problem_;
     const double *sides = part + layout().sides, least_s = 1e-9 * s.x()[layout().usual];
@@ -118,8 +118,8 @@ int Model::coinciding(const State& s, const double* part, int guard, const Passa
     return -1;
 }
 
-// Where the flow that an indicator falls by, or rises, turns back: how far beyond its guard, in sigma of the guard; infinite: it does
-// not, or the derivatives do not mind. At run.present, with its slope; work_->rates and gradients are those there.
+// Where the flow of an indicator turns back: distance beyond its guard in sigma of the guard; infinite: it does not turn back, or it
+// does not affect the derivatives. At run.present, with its slope; work_->rates and gradients are those there.
 bool Model::turns_beyond(const Run& run, double t_s, int guard, double* beyond_sigma) const {
     const Problem& p = *problem_;
     const State& s = run.s;
@@ -129,7 +129,7 @@ bool Model::turns_beyond(const Run& run, double t_s, int guard, double* beyond_s
     double *X = work_->probe, *moved = X + p.N, *dX = work_->slope_here, before = 0, bend = 0;
     *beyond_sigma = HUGE_VAL;
     if (is_stiff(s) || run.stiff_step_s > 0) {
-        // Slopes of a stiff plant change with its rounding: the step that has come here tells how the indicator bends.
+        // Slopes of a stiff plant change with rounding: the last step shows the curvature of the indicator.
         const double step = run.stiff_step_s;
         if (step > 0) bend = 2 * (rate - (z - work_->z_inside[guard]) / step) / step;
     } else {
@@ -149,7 +149,7 @@ bool Model::turns_beyond(const Run& run, double t_s, int guard, double* beyond_s
     return true;
 }
 
-// What is met has no derivative: points will go from the beginning of the piece of the interval. another: -1 for none.
+// The event has no derivative: points start from the beginning of this piece of the interval. another: -1 for none.
 void Model::give_up(Run& run, int guard, int another) const {
     const int N = problem_->N;
     run.derivable = false;
@@ -172,7 +172,7 @@ bool Model::come_to_guard(Run& run, const double* part, double t_s, int guard) c
     return true;
 }
 
-// The event at run.present.X, which has its P. The plant is left as it is after it; not derivable: before it.
+// The event at run.present.X, which has its P. Afterwards the plant is in the state after it, or before it if it has no derivative.
 bool Model::pass(Run& run, const double* part, double t_s, Cause cause, int guard, bool with_matrix) const {
     const Problem& p = *problem_;
     Passage& e = run.present;
@@ -184,7 +184,7 @@ bool Model::pass(Run& run, const double* part, double t_s, Cause cause, int guar
     e.derivable = true;
     e.shifts = false;
     plant_->recall(e.memory);
-    // Others do not come sooner or later: nothing flows before them.
+    // Other events do not shift in time: no flow before them.
     std::fill_n(e.slope, p.N, 0.0);
     if (run.alone && !slope(run.s, t_s, e.X, e.slope)) return false;
     if (cause == Cause::guard && with_matrix && !come_to_guard(run, part, t_s, guard)) return false;
@@ -207,7 +207,7 @@ bool Model::have_event(Run& run, double t_s, Cause cause, bool with_matrix) cons
     return ask(plant_->recall(e.memory_after), Function::event, t_s, nullptr, 0);
 }
 
-// An indicator that comes back changes nothing.
+// The return of an indicator has no effect.
 bool Model::changes_nothing(const Run& run, bool with_matrix) const {
     const Problem& p = *problem_;
     const Passage& e = run.present;
@@ -241,7 +241,7 @@ bool Model::probe(const State& s, double t_s, Passage& e) const {
     return true;
 }
 
-// One number moved, then the flow over the time by which its event comes later, the event, the flow back: to work_->x.
+// One number perturbed, the flow over the delay of its event, the event, the flow back: to work_->x.
 bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, double by, double shift_s) const {
     const Problem& p = *problem_;
     double *X = work_->slope_here, *out = work_->x, next_s;
@@ -254,7 +254,7 @@ bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, 
     return true;
 }
 
-// Xi P Xi' and the floor, to the part, and what it has beyond its bounds.
+// Xi P Xi' plus the floor, to the part, and the difference to its bounds.
 void Model::carry(const Passage& e, const double* P, double* part) const {
     const Problem& p = *problem_;
     double *product = work_->product, *to = part + layout().P, *beyond = part + layout().beyond;

@@ -19,7 +19,7 @@ namespace hnav::observer {
 bool SharedLibrary::open(const char* path, char* why, std::size_t size) {
     wchar_t wide[1024];
     if (MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 1024) > 0)
-        // The libraries beside it are found too.
+        // Libraries in the same folder are found too.
         handle_ = static_cast<void*>(LoadLibraryExW(wide, nullptr, LOAD_WITH_ALTERED_SEARCH_PATH));
     if (!handle_) std::snprintf(why, size, "Windows says %lu", static_cast<unsigned long>(GetLastError()));
     return handle_ != nullptr;
@@ -63,8 +63,8 @@ void* SharedLibrary::symbol(const char* name) const {
 
 namespace {
 
-// Whoever has loaded an FMU with its names open to all, as the one that may be around us, has its functions found before those of
-// the plant, when the plant calls its own: then these have to come first.
+// In a process that has loaded an FMU with global symbols, possibly the FMU around this code, the functions of that FMU would be
+// found before the plant's own. The plant's own must come first.
 int flags() {
 #ifdef RTLD_DEEPBIND
     if (dlsym(RTLD_DEFAULT, "fmi2Instantiate") || dlsym(RTLD_DEFAULT, "fmi3InstantiateModelExchange"))
@@ -110,7 +110,7 @@ bool SharedLibrary::copy_file(const char* from, const char* to) {
     return whole;
 }
 
-// What has been loaded stays where it is without its file.
+// A loaded library remains usable without its file.
 void SharedLibrary::remove_copy() {
     if (*copy_) std::remove(copy_);
     *copy_ = '\0';
@@ -128,7 +128,7 @@ const char* temporary_folder() {
 
 #endif
 
-// Beside the file, where the libraries that it needs may lie, or else among temporary files. Where neither can be written it is shared.
+// Beside the file, where its libraries may be, or else in the folder of temporary files. If neither is writable, it is shared.
 bool SharedLibrary::open_alone(const char* path, char* why, std::size_t size) {
     if (!is_loaded(path)) return open(path, why, size);
     const char* name = std::strrchr(path, '/');

@@ -1,4 +1,4 @@
-// A library of code that is loaded at run time.
+// A dynamic library loaded at run time.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@ public:
     SharedLibrary& operator=(const SharedLibrary&) = delete;
     ~SharedLibrary() { close(); }
 
-    // path: full, UTF-8. Its names stay its own: a plant and who loads it may export the same ones. False: why says it.
+    // path: full, UTF-8. Its symbols are local: a plant and its loader may export the same ones. False: why has the reason.
     bool open(const char* path, char* why, std::size_t size);
-    // The same of a copy of the file where another has loaded it, so that they share nothing that is static in it.
+    // The same from a copy of the file, so that static variables are not shared with other users of the file.
     bool open_alone(const char* path, char* why, std::size_t size);
     void close();
     // Until the process ends.

@@ -1,5 +1,6 @@
-// An interval by sigma points, for plants whose derivatives do not exist or say little: tables, relays without indicators, strong
-// curves. 2N cubature points of equal weight, so that P is positive semidefinite by form; half of the noise enters before, half after.
+// An interval by sigma points, for plants whose derivatives do not exist or are inaccurate over a sigma: tables, relays without
+// indicators, strong curvature. 2N cubature points of equal weight keep P positive semidefinite. Half of the noise enters before, half
+// after.
 #include "estimation/mixture.hpp"
 #include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
@@ -28,7 +29,7 @@ void root_of(int n, const double* P, double* L) {
 
 } // namespace
 
-// By the implicit solver where the plant is stiff: it is the same for all points of an interval.
+// With the implicit solver for a stiff plant, the same for all points of an interval.
 bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const {
     double* v = s.x();
     const Layout& at = layout();

@@ -1,10 +1,10 @@
-// The rest of an interval where an event has no derivative: its guard is hardly crossed or hardly missed, so that a part of what may be
-// true crosses it and another does not, or two guards are crossed in an order that is not certain. Points spread over P go through the
-// plant with all of its events. Those with equal numbers of events are one part by their moments, so together the parts
-// have the moments of all points; of a linear flow these are exact.
+// The rest of an interval in which an event has no derivative: its guard is hardly crossed or hardly missed, so that only a part of the
+// Gaussian crosses it, or two guards are crossed in an uncertain order. Points spread over P pass the plant with all its events.
+// Points with equal numbers of events form a part by their moments, so the parts together have the moments of all points, which are
+// exact for a linear flow.
 //
-// The points: the first two columns of a root of P point along the guards. On their plane, where the plant is not smooth, points lie
-// evenly; of the other columns, where it is, every point has one, as cubature points do. Half of the noise enters before, half after.
+// The first two columns of a root of P point along the guards. In their plane, where the plant is not smooth, the points are even.
+// For the other columns each point has one, as cubature points do. Half of the noise enters before, half after.
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -27,8 +27,8 @@ double normal_quantile(double p) {
 
 } // namespace
 
-// Pairs of numbers that with their opposites have means of 0, variances of 1 and nothing in common: quantiles in one direction, the
-// golden ratio in the other.
+// Pairs of numbers that with their opposites have mean 0, variance 1 and correlation 0: quantiles in one direction, the golden
+// ratio in the other.
 void make_spread(int N, double* plane) {
     const int count = spread_count(N);
     constexpr double golden = 0.6180339887498949;
@@ -49,7 +49,7 @@ void make_spread(int N, double* plane) {
     for (int k = 0; k < count; ++k) plane[2 * k + 1] /= std::sqrt(bb);
 }
 
-// The gradient of a guard where it is met, to that at the beginning of the piece of the interval: Phi' g.
+// The gradient of a guard at the crossing, transformed to the beginning of this piece of the interval: Phi' g.
 void Model::note_guard(const double* S, const double* gradient, int place) const {
     const Problem& p = *problem_;
     double* to = work_->guards + place * p.N;
@@ -59,7 +59,7 @@ void Model::note_guard(const double* S, const double* gradient, int place) const
     }
 }
 
-// Columns L of a root of P, N each, the first along the guards; answers how many. P becomes zero.
+// Columns L of a root of P, N each, the first along the guards; returns their number. P becomes zero.
 int Model::root_along_guards(double* P, double* L) const {
     const int N = problem_->N;
     const double* scale = problem_->scale;
@@ -94,7 +94,7 @@ int Model::root_along_guards(double* P, double* L) const {
     return columns;
 }
 
-// part: where the interval was given up, and then the first of the parts that come of it. False: the plant has no answer at any point.
+// part: as at the point where the derivatives failed, then the first of the new parts. False: the plant fails at every point.
 bool Model::spread(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -120,7 +120,7 @@ bool Model::spread(Run& run, double* part) const {
     return true;
 }
 
-// One point, through the interval: to work_->point.
+// Propagates one point through the interval, to work_->point.
 bool Model::send(const Run& run, const Spread& of, int k, double side, double other) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -143,7 +143,7 @@ bool Model::send(const Run& run, const Spread& of, int k, double side, double ot
     return cross_part(of_point, point);
 }
 
-// The point into the group with as many events; a new one for a new number, as long as there is room.
+// Adds the point to the group with as many events; a new group for a new number, while there is space.
 void Model::gather(Parts& groups) const {
     const Layout& at = layout();
     const double* point = work_->point;
@@ -155,7 +155,7 @@ void Model::gather(Parts& groups) const {
     std::copy_n(point, at.part_numbers, groups[groups.used++]);
 }
 
-// Noise for the groups; one of so few points that they have no covariance goes into the next.
+// Noise of the groups; a group of too few points for a covariance joins the next one.
 bool Model::close_groups(const Run& run, Parts& groups, double noise_s, double smallest) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -174,7 +174,7 @@ bool Model::close_groups(const Run& run, Parts& groups, double noise_s, double s
         }
         pack_upper(P, p.N, to + at.P);
         expected(to, X);
-        // Between points that are on their side of a curved guard it may lie on the other.
+        // The mean of points on one side of a curved guard may be on the other.
         plant_->recall(to + at.memory);
         if (put_inside(run.s, to, now_s, X, P) == Inside::failed) return false;
         put(X, to);

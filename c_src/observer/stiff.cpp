@@ -1,6 +1,6 @@
-// An interval of a stiff plant: its states go by an implicit solver, and in each of its steps Phi and the noise that enters go by the
-// exponential of A, frozen in the middle of each quarter. Modes that have died are zero there whatever the step, which no
-// explicit method can say.
+// An interval of a stiff plant: an implicit solver integrates the states, and in each of its steps Phi and Qd are advanced by the
+// exponential of A, frozen in the middle of each quarter. Decayed modes are zero for any step, which no explicit method
+// achieves.
 #include "hybrid/stiff_solver.hpp"
 #include "observer/observer_model.hpp"
 
@@ -10,9 +10,9 @@
 namespace hnav::observer {
 namespace {
 
-// Below so many radians or decays in an interval an explicit method does as well.
+// radians or decays per interval below which an explicit method is as good
 constexpr double calm = 20;
-// One that needs as many steps as an explicit one is not stiff, it only goes far.
+// If the implicit solver needs a larger share of the explicit one's steps, the plant is not stiff but fast.
 constexpr double worth_while = 0.3;
 
 void multiply(int n, const double* a, const double* b, double* out) {
@@ -57,7 +57,7 @@ int Model::StiffRun::jacobian(const void* context, double s, const double* x, do
     return run->model->stiff_flow(*run, s, x, nullptr, J);
 }
 
-// The moving numbers' slopes, or their derivatives by each other; A of the workspace is by all that is estimated.
+// Slopes of the moving numbers, or their derivatives by each other; A of the workspace is by all of X.
 int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const {
     const Problem& p = *problem_;
     for (int i = 0; i < p.moving; ++i)
@@ -107,7 +107,7 @@ bool Model::flow_stiffly(State& s, double interval_s, Propagator& counts) const 
     return true;
 }
 
-// From the moving numbers of the part to x.
+// Moving numbers of the part to x.
 bool Model::go_until(const StiffRun& run, double* part, double length_s, bool with_matrices, double* x) const {
     bool whole = stiff_->begin(&run, length_s, part);
     for (double from_s = 0, to_s = 0; whole && to_s < length_s; from_s = to_s)
@@ -125,13 +125,13 @@ bool Model::add_step(const StiffRun& run, double* part, double from_s, double to
     return whole;
 }
 
-// Whether the next interval is to begin with the implicit solver.
+// Whether the next interval begins with the implicit solver.
 void Model::judge_stiffness(double* s, std::uint64_t taken, double length_s) const {
     const bool few = static_cast<double>(taken) < worth_while * max_explicit_steps;
     s[layout().stiff] = few && fastest_rate_of_A() * length_s > calm;
 }
 
-// The same to a guard, for a plant with events: a step is looked into before its matrices count.
+// The same to a guard, for a plant with events: a step is searched for crossings before its matrices are used.
 Model::Stop Model::go_stiffly(Run& run, double* part, double length_s) const {
     const Layout& at = layout();
     run.stiffly = run.went_stiffly = true;
@@ -169,7 +169,7 @@ Model::Stop Model::go_stiffly(Run& run, double* part, double length_s) const {
     return stop;
 }
 
-// Again from the beginning of the step, to the guard and with the matrices.
+// From the beginning of the step again, to the guard and with the matrices.
 bool Model::go_to_guard(Run& run, const StiffRun& of, double* part, double from_s, double low_s, double* to_s) const {
     if (!close_in(run, of, part, from_s, low_s, to_s)) return false;
     run.stiff_step_s = *to_s - from_s;
@@ -178,7 +178,7 @@ bool Model::go_to_guard(Run& run, const StiffRun& of, double* part, double from_
     return go_until(rest, part, *to_s - from_s, !run.alone, work_->step_to);
 }
 
-// What lies within a step goes by a polynomial: the flow itself may cross a little earlier or later.
+// Inside a step a polynomial approximates the flow, which may cross slightly earlier or later.
 bool Model::close_in(const Run& run, const StiffRun& of, const double* part, double from_s, double low_s, double* high_s) const {
     const Layout& at = layout();
     double* x = work_->inside;
@@ -208,8 +208,7 @@ bool Model::close_in(const Run& run, const StiffRun& of, const double* part, dou
     return after;
 }
 
-// Phi and Qd go on by a time in which A is what the workspace has: Taylor's series over a piece in which little happens, doubled until
-// it is the whole.
+// Phi and Qd over a time with the A of the workspace: Taylor series over a short piece, doubled to the whole.
 bool Model::add_matrices(double* part, double by_s, double usual_s) const {
     const Problem& p = *problem_;
     const Layout& at = layout();

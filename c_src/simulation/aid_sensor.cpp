@@ -7,7 +7,7 @@ namespace {
 
 using earth::rate_rad_s;
 
-constexpr double ceiling_m = 44330; // where the formula of the standard atmosphere comes to no pressure; above it has no value
+constexpr double ceiling_m = 44330; // height of zero pressure in the formula of the standard atmosphere
 
 // Velocity of a point of the body, in the axes of the navigation frame.
 Vector3 velocity_of(const Vehicle::Seen& truth, const Vector3& point_b) {
@@ -47,7 +47,7 @@ RandomStream AidSensor::stream(Source source) const {
 // ------------------------------------------------------------------------------------------------ samples
 
 void AidSensor::sample(double t_s, const Vehicle::Seen& truth) {
-    Delivery<values>::advance(&state_.delivery, t_s); // nothing waits beyond its latency, so the queue has room for one more
+    Delivery<values>::advance(&state_.delivery, t_s); // no sample waits beyond its latency, so the queue has space for one more
     const double k = clock_.newest_due(t_s, state_.next);
     if (k < state_.next) return;
     if (state_.next > 0) {
@@ -128,7 +128,7 @@ void AidSensor::read_satellites(double t_s, double k, const Vehicle::Seen& truth
         velocity[i] += o.outlier_m_s * size.normal(8 * index + 4 + i);
     }
     const earth::Place seen = earth::place_of(earth::position_of(truth.place) + axes_n * off);
-    // A receiver knows north of the place that it tells, which by a pole is another than that of its true one.
+    // A receiver uses the north of its stated position, which differs from that of its true position near a pole.
     const Vector3 told = earth::axes_at(seen).transpose() * (axes_n * velocity);
     value[0] = seen.latitude_rad;
     value[1] = seen.longitude_rad;

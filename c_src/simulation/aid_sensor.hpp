@@ -1,6 +1,6 @@
-// What aids an inertial sensor: a receiver of satellites, a barometer, wheels. One object is one of them.
+// Aiding sensors: a GNSS receiver, a barometer, wheels. One object is one of them.
 //
-// Everything random belongs to the index of the sample, so communication steps change nothing but which truth is seen.
+// Random numbers belong to the index of the sample, so communication steps change only the sampled truth.
 #pragma once
 
 #include "hnav/simulation.h"
@@ -21,7 +21,7 @@ public:
         double missed, dropped;
         double now_s; // of the last advance
         double colour[3];
-        double origin_rad[2]; // latitude and longitude of the first sample: slow errors keep to its level axes
+        double origin_rad[2]; // latitude and longitude of the first sample: slow errors are in its level axes
         Delivery<values>::State delivery;
     };
 
@@ -35,13 +35,13 @@ public:
     void advance(double t_s);
     // The next time at which a sample is due or delivered.
     double next_event_s() const;
-    // Whether the newest sample is still one of the place where the body is: there is one, and no outage since.
+    // Whether there is a sample, and no outage since.
     bool is_valid() const;
-    // Standard deviations that the sensor tells, one for each value; constant.
+    // Stated standard deviations, one for each value; constant.
     void sigma(double* of) const;
 
     const State& state() const { return state_; }
-    // False, and nothing changes, when no history of this sensor leads to such a state.
+    // False, without any change, for numbers that are no state of this sensor.
     bool assign(const State& state);
 
 private:

@@ -1,4 +1,4 @@
-// The aircraft with an INS that options and a model describe: its flight, and the filter that fits it.
+// The aircraft with an INS of given options and model: its flight, and the model of a filter for it.
 #pragma once
 
 #include "hnav/simulation.h"
@@ -12,7 +12,7 @@ public:
 
     AircraftFlight flight;
 
-    // False when the flow over an interval is beyond what numbers hold.
+    // False if the flow over an interval overflows.
     bool is_finite() const;
 
     // Equal options and model, equal fingerprint.
@@ -22,7 +22,7 @@ public:
     hnav_ins_error_model filter_model() const;
 
 private:
-    // What a filter of this aircraft is made from beside the flow, row-major.
+    // Matrices of a filter for this aircraft, beside the flow, row-major.
     RowMajor H_, An_, Qv_, QU_, Lambda0_, P0_;
 };
 

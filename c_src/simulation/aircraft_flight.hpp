@@ -1,9 +1,9 @@
-// A flight: the true aircraft, the coloured errors of its INS, and what the INS reads.
+// A flight: the true aircraft, the coloured errors of its INS, and the readings of the INS.
 //
 //   z(k) = x(k) + lambda(k) + v(k),   lambda = accelerometer error + gravity error, each Gauss-Markov
 //
 // Every channel of the INS reads one state. Each source of noise is a stream of random.hpp, and number k n + i of it
-// belongs to sample k and channel i, so that a flight is a function of the seed and the commands alone.
+// belongs to sample k and channel i, so a flight is a function of the seed and the commands only.
 #pragma once
 
 #include "simulation/gauss_markov.hpp"

@@ -1,4 +1,4 @@
-// Samples on their way: taken, but not delivered before their latency has passed.
+// Samples that have been taken and are delivered after their latency.
 #pragma once
 
 #include "base/instant.hpp"
@@ -8,10 +8,10 @@
 
 namespace hnav {
 
-constexpr int max_in_flight = 64; // latency is at most 30 periods, and jitter brings two samples near each other
+constexpr int max_in_flight = 64; // latency is at most 30 periods, and jitter may bring two samples close together
 constexpr double max_latency_periods = 30;
 
-// Chosen: no quantity of a body in SI units is larger, and what sensors make of it stays finite.
+// Chosen: above every quantity of a body in SI units, and the readings stay finite.
 constexpr double largest_truth = 1e12;
 
 // values: of a sample.
@@ -31,7 +31,7 @@ public:
         double count;
     };
 
-    // stamp_s: what the sample says of its time.
+    // stamp_s: the time stamp of the sample.
     static void send(State* s, const double* value, double t_s, double stamp_s, double latency_s) {
         Sample& sample = s->queue[static_cast<int>(s->waiting++)];
         sample = {stamp_s, t_s + latency_s, {}};

@@ -2,7 +2,7 @@
 //
 //   lambda(k) = phi lambda(k-1) + sqrt(1 - phi^2) sigma n(k),   lambda(0) = sigma n(0),   n ~ (0, 1)
 //
-// The drive makes sigma the standard deviation at every step, whatever phi is.
+// With this drive sigma is the standard deviation at every step, for any phi.
 //   R. G. Brown, P. Y. C. Hwang, Introduction to Random Signals and Applied Kalman Filtering, 4th ed., section 4.6.
 #pragma once
 

@@ -13,7 +13,7 @@ constexpr double root_hour_s = 60; // sqrt(3600 s)
 // Places of Constants.
 enum Place : std::uint64_t { bias_place, drift_place, scale_place, misalignment_place, hard_iron_place, soft_iron_place };
 
-// What one sensor needs to know besides its own options.
+// Settings of one sensor beside its own options.
 struct Device {
     std::uint64_t seed;
     double start_s;
@@ -54,7 +54,7 @@ void set_bias(SensorModel* m, const Constants& constants, const double* bias, do
     m->error.drift = Vector3(drift) + constants.vector(drift_place, drift_sigma);
 }
 
-// What faults need of one sensor: size of its outliers, its jump, the factor on its noise.
+// Fault parameters of one sensor: size of its outliers, its jump, the factor on its noise.
 void set_faults(SensorModel* m, const Device& device, int sensor, double outlier_sigma, const double* jump, double noise_factor) {
     const hnav_sensor_faults& f = device.faults;
     m->faults.outliers = {f.outliers.start_s, f.outliers.stop_s};
@@ -104,7 +104,7 @@ SensorModel mag_model(const hnav_mag_options& o, const Device& device) {
         model_of(o, sensor, device,
                  {o.noise_nt_per_sqrt_hz * 1e-9, o.bias_instability_tesla, o.random_walk_nt_per_sqrt_h * 1e-9 / root_hour_s});
     set_bias(&m, constants, o.bias_tesla, o.bias_sigma_tesla, o.drift_tesla_s, o.drift_sigma_tesla_s);
-    // Iron changes the field before the chip reads it: matrix ((I + soft) field + hard).
+    // Iron changes the field before the chip measures it: matrix ((I + soft) field + hard).
     const Matrix3 soft = Matrix3::Identity() +
                          Matrix3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(o.soft_iron)) +
                          constants.matrix(soft_iron_place, o.soft_iron_sigma);
@@ -131,7 +131,7 @@ ImuMagSensor::ImuMagSensor(const hnav_imu_mag_sensor_options& options, double st
 void ImuMagSensor::sample(double t_s, const Truth& truth) {
     const Vector3* inputs[] = {&truth.rate, &truth.force, &truth.field};
     for (int s = 0; s < sensor_count; ++s) {
-        // Nothing waits beyond its latency, so the queue has room for one more.
+        // No sample waits beyond its latency, so the queue has space for one more.
         Delivery<3>::advance(&state_.of[s].delivery, t_s);
         models_[s].sample(t_s, *inputs[s], truth.force, truth.q, &state_.of[s]);
     }

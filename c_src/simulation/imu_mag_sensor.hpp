@@ -16,7 +16,7 @@ public:
         SensorModel::State of[sensor_count];
     };
 
-    // Spreads become numbers that are drawn from the seed. start_s: when index 0 is due.
+    // Draws the spreads from the seed. start_s: time at which index 0 is due.
     ImuMagSensor(const hnav_imu_mag_sensor_options& options, double start_s);
 
     void reset() { state_ = {}; }
@@ -29,7 +29,7 @@ public:
 
     const SensorModel& model(int sensor) const { return models_[sensor]; }
     const State& state() const { return state_; }
-    // False, and nothing changes, when no history of these sensors leads to such a state.
+    // False, without any change, for numbers that are no state of these sensors.
     bool assign(const State& state);
 
 private:

@@ -1,5 +1,5 @@
-// The part of a sensor's error that does not change from sample to sample: reading = matrix (input + before) + after +
-// drift t. What the datasheet gives as a spread is drawn once from the seed.
+// The constant part of a sensor's error: reading = matrix (input + before) + after +
+// drift t. Spreads of the datasheet are drawn once from the seed.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -16,7 +16,7 @@ struct LinearError {
     Vector3 operator()(const Vector3& input, double t_s) const { return matrix * (input + before) + after + drift * t_s; }
 };
 
-// Numbers of one sensor, each drawn in its own place: a spread that is switched off does not move the others.
+// Random numbers of one sensor, each with its own index: switching off a spread does not change the others.
 class Constants {
 public:
     Constants(std::uint64_t seed, std::uint64_t stream) : random_(seed, stream) {}

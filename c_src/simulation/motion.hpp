@@ -1,7 +1,7 @@
-// The motion of a three-axis turntable in closed form: angles, rates, and what error-free sensors on it read.
+// The motion of a three-axis turntable in closed form: angles, rates, and the readings of error-free sensors on it.
 //
 // A motion consists of smooth pieces with corners between them, where the rate jumps. Pieces are numbered, so that an
-// integrator which steps across a corner can ask for the piece it is in, smooth beyond its end.
+// integrator that steps across a corner can continue the piece smoothly beyond its end.
 #pragma once
 
 #include "base/instant.hpp"
@@ -22,10 +22,10 @@ struct AxisMotion {
     double angle_rad = 0, amplitude_rad = 0, rate_rad_s = 1, period_s = 1, start_s = 0;
 
     static constexpr double before_start = -1;
-    static constexpr double corners_apart_s = 1e-6; // at least, else they are more events than anybody can step to
+    static constexpr double corners_apart_s = 1e-6; // minimum, chosen: limits the number of events
 
     // The piece at t. A corner belongs to the piece that follows, also when rounding puts t just before it: a sample at a
-    // corner must not depend on how an importer adds up its time.
+    // corner must not depend on the rounding of an importer's time.
     double piece(double t_s) const {
         if (still()) return before_start;
         const double s = t_s - start_s + instant_s(t_s, 0.01);
@@ -107,7 +107,7 @@ struct TurntableMotion {
             return q;
         };
         truth.q = multiply(turn(2, a[2].angle_rad), multiply(turn(1, pitch), turn(0, roll)));
-        // Each axis turns the frame that the outer ones carry (Titterton and Weston, Strapdown Inertial Navigation
+        // Each axis turns the frame carried by the outer ones (Titterton and Weston, Strapdown Inertial Navigation
         // Technology, 2nd ed., section 3.6.3, solved for the body rate).
         const double d_roll = a[0].rate_rad_s, d_pitch = a[1].rate_rad_s, d_yaw = a[2].rate_rad_s;
         truth.rate = {d_roll - d_yaw * std::sin(pitch), d_pitch * std::cos(roll) + d_yaw * std::cos(pitch) * std::sin(roll),

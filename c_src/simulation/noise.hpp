@@ -24,7 +24,7 @@ constexpr double flicker_shortest_s = 0.25, flicker_ratio = 4;
 
 class Noise {
 public:
-    // What the next sample depends on; plain numbers.
+    // State of the next sample; plain numbers.
     struct State {
         double flicker[flicker_processes][3];
         double walk[3];
@@ -44,7 +44,7 @@ public:
         }
     }
 
-    // From sample k - 1 to k; sample 0 finds the flicker noise stationary and the walk at zero. Called once for each k.
+    // From sample k - 1 to k; at sample 0 the flicker noise is stationary and the walk zero. Called once for each k.
     void step(double k, State* state) const {
         const auto index = static_cast<std::uint64_t>(k);
         if (densities_.floor > 0)

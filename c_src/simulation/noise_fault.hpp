@@ -1,4 +1,4 @@
-// A sensor whose white noise grows for a while: the noise-increment fault of Hajiyev and Hacizade (2023).
+// A sensor whose white noise is increased for a while: the noise-increment fault of Hajiyev and Hacizade (2023).
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The converter behind a sensor: readings are multiples of the resolution and end at the range.
+// The converter of a sensor: readings are multiples of the resolution and saturate at the range.
 #pragma once
 
 #include <cmath>

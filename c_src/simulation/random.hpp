@@ -1,6 +1,6 @@
-// Random numbers of the plants: the i-th number of a stream is a function of seed, stream and i, and of nothing else. So
-// a step that is taken back draws the same numbers again, noise sources do not disturb each other, and saved state holds
-// no generator.
+// Random numbers of the plants: the i-th number of a stream is a function of seed, stream and i only. A repeated step
+// therefore draws the same numbers, noise sources are independent of each other, and a saved state contains no
+// generator.
 //
 // Philox4x64-10: Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011. The stream is that of
 // numpy.random.Philox(key=[seed, stream]).

@@ -1,4 +1,4 @@
-// When a sensor samples: index k is due at start + k period, moved by its jitter, and is taken at the first communication
+// Sampling times of a sensor: index k is due at start + k period plus jitter, and is taken at the first communication
 // point at or after that.
 #pragma once
 
@@ -20,7 +20,7 @@ struct SampleClock {
     double newest_due(double t_s, double next) const {
         const double latest_s = t_s + instant_s(t_s, period_s);
         double k = std::fmax(next - 1, std::floor((t_s - start_s) / period_s + 1));
-        // Jitter and rounding move an index by two at most.
+        // Jitter and rounding shift an index by two at most.
         for (int i = 0; i < 3 && k >= next && due_s(k) > latest_s; ++i) k -= 1;
         return k;
     }

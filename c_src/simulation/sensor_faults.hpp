@@ -1,4 +1,4 @@
-// Faults of a sensor, each within a window of time that is closed at its start and open at its end.
+// Faults of a sensor, each within a time window that includes its start and excludes its end.
 #pragma once
 
 #include "base/instant.hpp"
@@ -10,7 +10,7 @@ namespace hnav {
 struct Window {
     double start_s = 0, stop_s = 0;
 
-    // Stamps that rounding put just before a bound count as on it.
+    // Stamps just before a bound because of rounding count as on it.
     bool holds(double t_s) const {
         const double late = t_s + instant_s(t_s, 0.01);
         return late >= start_s && late < stop_s;
@@ -19,7 +19,7 @@ struct Window {
 
 struct SensorFaults {
     Window disturbance, outliers, stuck, jump, noise;
-    Vector3 disturbance_n = Vector3::Zero(); // added to the field outside
+    Vector3 disturbance_n = Vector3::Zero(); // added to the external field
     double outlier_probability = 0, outlier_sigma = 0;
     RandomStream outlier_chance{0, 0}, outlier_size{0, 0};
     int stuck_axis = -1; // 0, 1, 2; -1: none

@@ -1,8 +1,8 @@
-// One of the three sensors: truth at a communication point becomes a sample, the sample becomes a reading that arrives.
+// One of the three sensors: truth at a communication point becomes a sample, then a reading delivered later.
 //
-// Order, as in the device: the outside world (magnetic disturbance), geometry and bias, noise, faults that add, the
-// converter, a stuck axis. Everything random belongs to the index of the sample, so communication steps change nothing
-// but which truth is seen.
+// Order, as in the device: external disturbance, geometry and bias, noise, additive faults, converter, stuck axis.
+// Random numbers belong to the index of the sample, so communication steps change only the sampled
+// truth.
 #pragma once
 
 #include "simulation/delivery.hpp"
@@ -38,8 +38,8 @@ struct SensorModel {
         const double k = clock.newest_due(t_s, s->next);
         if (k < s->next) return false;
         const bool first = s->next == 0;
-        if (!first) s->missed += k - s->next; // before the first there was no truth: no coarse step has lost anything
-        // Lost samples take their noise with them: the bias goes on as if they had been seen.
+        if (!first) s->missed += k - s->next; // before the first sample there was no truth: no sample was missed
+        // Missed samples advance the noise: the bias continues as if they had been taken.
         for (double i = s->next; i <= k; ++i) noise.step(i, &s->noise);
         s->next = k + 1;
 

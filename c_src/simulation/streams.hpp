@@ -1,4 +1,4 @@
-// Which random stream belongs to which source, so that equal seeds in several models do not give equal noise.
+// The random stream of each source, so that equal seeds in several models do not give equal noise.
 #pragma once
 
 #include <cstdint>

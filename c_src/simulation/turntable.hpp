@@ -8,7 +8,7 @@
 
 namespace hnav {
 
-// chance, in [0, 1): where in the unknown part of its angle the axis stands.
+// chance, in [0, 1): the position of the axis in the unknown part of its angle.
 inline AxisMotion axis_of(const hnav_axis_options& o, double chance) {
     AxisMotion axis;
     axis.kind = static_cast<Motion>(o.motion);

@@ -8,7 +8,7 @@ namespace {
 constexpr double gravity_m_s2 = 9.80665;
 const Vector3 earth_rate{0, 0, earth::rate_rad_s};
 
-// Of the streams of a vehicle. A chance of its own: the course at the start.
+// Streams of a vehicle. A separate stream: the course at the start.
 enum SignalNumber {
     course_chance,
     speed_signal,
@@ -63,8 +63,8 @@ RandomStream Vehicle::stream(int signal) const { return {seed_, streams::vehicle
 
 Vehicle::Signal Vehicle::stairs(double s, int signal, const Stairs& stairs) const {
     const RandomStream random = stream(signal);
-    // Numbers of a level: two words of its block for the level, one for the time at which it begins. Those before the start have
-    // indices too, for a mean reaches back.
+    // Numbers of a level: two words of its block for the level, one for the time at which it begins. Indices before the start
+    // exist too, since a mean reaches back.
     const auto chance = [&](double k, unsigned word) { return random.uniform(4 * static_cast<std::uint64_t>(k + 4) + word); };
     const auto begin_s = [&](double k) { return stairs.mean_s * k + stairs.spread_s * (2 * chance(k, 2) - 1); };
     const auto level = [&](double k) { return stairs.level(chance(k, 0), chance(k, 1)); };
@@ -72,11 +72,11 @@ Vehicle::Signal Vehicle::stairs(double s, int signal, const Stairs& stairs) cons
     while (begin_s(k) > s) k -= 1;
     const double x = (s - begin_s(k)) / stairs.blend_s, to = level(k);
     if (x >= 1) return {to, 0};
-    const double step = to - level(k - 1); // of fifth order: two derivatives are steady at both ends
+    const double step = to - level(k - 1); // of fifth order: two derivatives vanish at both ends
     return {to - step * (1 - x * x * x * (10 + x * (6 * x - 15))), step * 30 * x * x * (1 - x) * (1 - x) / stairs.blend_s};
 }
 
-// A sum of sines of a tenth of a hertz to several, times haste.
+// A sum of sines from a tenth of a hertz to several hertz, times haste.
 Vehicle::Signal Vehicle::sway(double s, int signal, double size, double haste) const {
     const RandomStream random = stream(signal);
     constexpr double hertz[] = {0.15, 0.4, 1.1, 3.0};
@@ -90,7 +90,7 @@ Vehicle::Signal Vehicle::sway(double s, int signal, double size, double haste) c
     return sum;
 }
 
-// Sines of random phase; their derivative of this order, the first or the second, has the root mean square that is asked for.
+// Sines of random phase; their derivative of this order, first or second, has the given root mean square.
 Vehicle::Signal Vehicle::vibration(double s, int signal, int order) const {
     const RandomStream random = stream(vibrations + signal);
     constexpr double hertz[] = {11.3, 19.7, 31.1, 43.9};
@@ -135,7 +135,7 @@ Vehicle::Motion Vehicle::of_kind(double s) const {
     }
 }
 
-// Stops, goes and turns as in a town.
+// Stops, starts and turns as in a town.
 Vehicle::Motion Vehicle::car(double s) const {
     Motion m{};
     constexpr auto speed = [](double first, double) {
@@ -147,7 +147,7 @@ Vehicle::Motion Vehicle::car(double s) const {
         return one_of(sides, first) * between(0.1, 0.35, second);
     };
     m.speed = stairs(s, speed_signal, {13, 3.5, 6, speed});
-    // Turns and sways as it gains speed; standing, it stands.
+    // Turns and sways in proportion to speed; no motion at rest.
     const double v = m.speed.value, size = std::sqrt(v * v + 25);
     const Signal moving{v / size, m.speed.rate * 25 / (size * size * size)};
     const auto while_moving = [&](const Signal& a) {
@@ -192,7 +192,7 @@ Vehicle::Motion Vehicle::ship(double s) const {
     return m;
 }
 
-// Stands on something that sways by millimetres.
+// Rests on a support that sways by millimetres.
 Vehicle::Motion Vehicle::rest(double s) const {
     Motion m{};
     m.speed = sway(s, speed_signal, 2e-3, 1);
@@ -251,7 +251,7 @@ Vehicle::State Vehicle::carry(double from_s, const State& x, double to_s) const 
 
 // ------------------------------------------------------------------------------------------------ truth
 
-// It points where it goes and does not bank.
+// It points along its path and does not bank.
 Vehicle::Body Vehicle::body_on_way(double t_s) const {
     const Way::At now = way_.at(t_s - start_s_);
     Body b;
@@ -261,7 +261,7 @@ Vehicle::Body Vehicle::body_on_way(double t_s) const {
     b.velocity = now.rate * now.tangent;
     b.acceleration = now.rate * now.rate * now.bend + now.gain * now.tangent;
 
-    // A unit vector and its derivative, from those of one of any length.
+    // A unit vector and its derivative, from a vector of any length and its derivative.
     const auto unit = [](const Vector3& v, const Vector3& change, Vector3* e, Vector3* slope) {
         const double length = v.norm();
         *e = v / length;
@@ -323,8 +323,8 @@ Vehicle::Seen Vehicle::seen(double t_s, const State& x) const {
         feel(b, 1, &seen);
         return seen;
     }
-    // By Gauss with three instants, which leaves 2e-4 of a vibration of 44 Hz over 10 ms. What sensors integrate is short of the turn
-    // by its coning, which filters add.
+    // By Gauss quadrature with three points, whose error is 2e-4 of a vibration of 44 Hz over 10 ms. Integrating sensors miss the
+    // coning part of the turn, which filters add.
     constexpr double instants[][2] = {
         {0.5 - 0.3872983346207417, 5.0 / 18}, {0.5, 8.0 / 18}, {0.5 + 0.3872983346207417, 5.0 / 18}};
     for (const auto& [back, weight] : instants) {
@@ -334,7 +334,7 @@ Vehicle::Seen Vehicle::seen(double t_s, const State& x) const {
     return seen;
 }
 
-// What sensors read at an instant, added with a weight.
+// Instantaneous readings of sensors, added with a weight.
 void Vehicle::feel(const Body& b, double weight, Seen* seen) const {
     seen->rate_b += weight * (b.axes_b.transpose() * (earth_rate + b.rate));
     seen->force_b +=

@@ -1,8 +1,8 @@
-// Vehicles over the turning Earth: where a car, an aircraft, a ship, a body at rest or one on a given way is, and what error-free
-// inertial sensors in it read. Everything but the course and the place is a function of time in closed form; these two flow. On a
-// given way the place too is known, and the flow is only told.
+// Vehicles over the turning Earth: motion of a car, an aircraft, a ship, a body at rest or one on a given path, and the readings of
+// error-free inertial sensors. All quantities except course and position are functions of time in closed form; these two are
+// integrated. On a given path the position is a function of time too, and the integrated one equals it.
 //
-// Velocity and attitude are drawn in level axes that the vehicle carries along; north-east-down is made for those who ask.
+// Velocity and attitude are drawn in level axes that move with the vehicle, and converted to north-east-down for output.
 #pragma once
 
 #include "hnav/simulation.h"
@@ -14,7 +14,7 @@ namespace hnav {
 
 class Vehicle {
 public:
-    // What flows: the displacement from the start in Earth-fixed axes, and the course in the level axes.
+    // Integrated states: the displacement from the start in Earth-fixed axes, and the course in the level axes.
     struct State {
         Vector3 displacement_m;
         double course_rad;
@@ -28,12 +28,12 @@ public:
 
     Vehicle(const hnav_vehicle_options& options, double start_s);
 
-    // For the kind that follows it; its times count from the start on.
+    // For the kind way; its times count from the start on.
     Way::Made follow(const hnav_way_point* points, std::size_t count) { return way_.make(start_place_, points, count); }
 
     State start() const { return way_ ? State{way_.at(0).position, course_rad_} : State{Vector3::Zero(), course_rad_}; }
     State flow(double t_s, const State& x) const;
-    // By the fourth order of Runge and Kutta in equal steps of at most longest_step_s, forwards or backwards.
+    // By fourth-order Runge-Kutta in equal steps of at most longest_step_s, forward or backward.
     State carry(double from_s, const State& x, double to_s) const;
     Seen seen(double t_s, const State& x) const;
 
@@ -55,7 +55,7 @@ private:
         Matrix3 axes_n, axes_b; // north, east, down and the axes of the body, as columns
         Vector3 position, velocity, acceleration, rate;
     };
-    // Levels that are each held for a while; what lies between them is smooth.
+    // Levels that are each held for a while, with smooth transitions.
     struct Stairs {
         double mean_s, spread_s, blend_s;
         double (*level)(double first, double second); // of two numbers that are uniform in [0, 1)
@@ -74,7 +74,7 @@ private:
     Signal wave(double s, int signal, double low, double high, double shortest_s, double longest_s) const;
 
     Vector3 velocity_in_level(const Motion& m, double course_rad) const;
-    // How the level axes turn against the Earth.
+    // Rotation of the level axes relative to the Earth.
     Vector3 level_rate(const earth::Place& place, const Matrix3& axes_n, const Vector3& velocity_e) const;
     Body body(double t_s, const State& x) const;
     Body body_on_way(double t_s) const;

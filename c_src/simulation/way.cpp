@@ -55,7 +55,7 @@ Way::Made Way::make(const earth::Place& start, const hnav_way_point* points, std
     return check(earth::position_of(start));
 }
 
-// A point lies above or below the ground at the place that the level of the start shows at its distance.
+// A point is above or below the ground at the position that has its distance in the level of the start.
 void Way::place(const earth::Place& start, const hnav_way_point* points) {
     const Vector3 start_e = earth::position_of(start);
     const Matrix3 level = earth::axes_at(start);
@@ -68,7 +68,7 @@ void Way::place(const earth::Place& start, const hnav_way_point* points) {
     }
 }
 
-// Where the vertical of the place crosses the level of the start.
+// Intersection of the vertical of the place with the level of the start.
 bool Way::seen_from(const earth::Place& start, const earth::Place& place, hnav_way_point* point) {
     const Matrix3 level = earth::axes_at(start);
     const Vector3 down = earth::axes_at(place).col(2), below = level.col(2);
@@ -82,8 +82,8 @@ bool Way::seen_from(const earth::Place& start, const earth::Place& place, hnav_w
     return true;
 }
 
-// The parameter, and how fast it goes at the points: as a harmonic mean it is at most twice the slower of both sides, which keeps it
-// from running back, and 0 beside a rest.
+// The parameter and its rate at the points: the harmonic mean is at most twice the slower of both sides, which keeps the parameter
+// increasing, and 0 beside a rest.
 void Way::measure() {
     const auto speed = [this](std::size_t i) { return (nodes_[i + 1].u - nodes_[i].u) / (nodes_[i + 1].s - nodes_[i].s); };
     for (std::size_t i = 1; i < count_; ++i) {
@@ -97,7 +97,7 @@ void Way::measure() {
     }
 }
 
-// The next point at another place, in steps of 1 or -1; i itself if there is none.
+// The next point at another position, in steps of 1 or -1; i itself if there is none.
 std::size_t Way::farther(std::size_t i, int step) const {
     std::size_t k = i;
     while (nodes_[k].u == nodes_[i].u) {
@@ -107,7 +107,7 @@ std::size_t Way::farther(std::size_t i, int step) const {
     return k;
 }
 
-// Tangents and bends are those of the parabola through a point and both its neighbours; a way begins and ends straight.
+// Tangents and bends are those of the parabola through a point and both its neighbours; a path begins and ends straight.
 void Way::lean() {
     for (std::size_t i = 0; i < count_; ++i) {
         Node& n = nodes_[i];
@@ -126,7 +126,7 @@ void Way::lean() {
     }
 }
 
-// A body that points along the way needs a way that has a direction, and one that is not straight up.
+// A body that points along its path needs a path with a direction that is not straight up.
 Way::Made Way::check(const Vector3& start_e) const {
     constexpr double slowest = 0.1, least_level = 0.1;
     constexpr int parts = 16;

@@ -1,5 +1,5 @@
-/* AHRS: attitude and heading of real sensors, from gyroscope, accelerometer and magnetometer. hnav.h has an example, filter.h the calls
- * that all filters share; those of the sections recordings and beside the estimate are of the HREKF too. */
+/* AHRS: attitude and heading from gyroscope, accelerometer and magnetometer. hnav.h has an example, filter.h the calls that all
+ * filters share. The HREKF has the calls of the sections recordings and beside the estimate too. */
 #ifndef HNAV_AHRS_H
 #define HNAV_AHRS_H
 
@@ -10,27 +10,27 @@
 extern "C" {
 #endif
 
-/* It has HNAV_PRESET_DEFAULT alone. */
+/* preset: HNAV_PRESET_DEFAULT. */
 HNAV_API hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset);
-/* Makes an AHRS. On failure *filter is null and the reason stands in message (may be null). */
+/* Makes an AHRS. On failure *filter is null and message (may be null) has the reason. */
 HNAV_API hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size);
 
-/* The same in memory of the caller's, by the closed form alone (solver = HNAV_SOLVER_CLOSED_FORM): nothing is taken from
- * elsewhere, now or later. bytes: at least those that the call before tells for the options, of any alignment; it tells 0 for
- * options that make no filter. The memory is the caller's again when the filter is no longer used. Errors beside those of
- * create: SIZE, UNSUPPORTED (another solver). */
+/* The same in the caller's memory, without any allocation; requires solver = HNAV_SOLVER_CLOSED_FORM.
+ * bytes: at least the result of hnav_ahrs_memory_bytes for the options (0 for invalid options), with any alignment.
+ * The caller may reuse the memory when the filter is no longer used.
+ * Errors beside those of create: SIZE, UNSUPPORTED (another solver). */
 HNAV_API size_t hnav_ahrs_memory_bytes(const hnav_ahrs_options* options);
 HNAV_API hnav_status hnav_ahrs_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_ahrs_options* options,
                                          char* message, size_t message_size);
 
-/* Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters. */
+/* Initialises the attitude again from the next samples; keeps the gyro bias and the counters. */
 HNAV_API hnav_status hnav_filter_realign(hnav_filter* filter);
 
 /* ------------------------------------------------------------------------------------------------ recordings */
 
-/* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a
- * null pointer; a null output is not written. A reading that push refuses for its value (NON_FINITE, ZERO_VECTOR,
- * OUT_OF_RANGE) is counted and left out. Equal, bit for bit, to push and advance of row after row. */
+/* Arrays in, arrays out: n rows, each one instant. A row of accel or mag with a NaN is a missing sample, as is a null
+ * pointer; a null output is not written. A sample that push refuses for its value (NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE)
+ * is counted and not used. Equal, bit for bit, to push and advance row by row. */
 typedef struct hnav_run_input {
     size_t size; /* of this struct; set by the caller */
     const double* t_s; /* n, not decreasing */
@@ -50,24 +50,24 @@ typedef struct hnav_run_output {
     double* mag_nis; /* n */
     uint8_t* ready; /* n x 2: tilt, heading */
     uint8_t* health; /* n x 3: hnav_sensor_state of gyro, accel, mag */
-    uint8_t* accepted; /* n x 2: accel, mag; 1 where a sample of this row corrected with the noise that was parametrised */
+    uint8_t* accepted; /* n x 2: accel, mag; 1 where a sample of this row corrected with the stated noise */
 } hnav_run_output;
 
 /* rows_done (may be null): rows that are complete; less than n only after an error. */
 HNAV_API hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input* input, const hnav_run_output* output,
                                      size_t* rows_done);
 
-/* The same arrays with hindsight: forward, then twice backwards and forward, each pass started at the end of the one
- * before, the last two fused by their covariances. Every row has an attitude. sigma_rad holds what both passes share. ready
- * is that of the pass which knows the angle better. Between samples by the closed form, whatever the solver. Takes 5 times
- * as long as run by the closed form, and memory for its rows. The filter is reset before and after. Errors: as run;
+/* Smoother on the same arrays: forward, then twice backward and forward, each pass started from the end of the previous
+ * one, the last two fused by their covariances. Every row has an attitude. sigma_rad includes errors common to both passes.
+ * ready is that of the pass with the smaller sigma. Uses the closed form for any solver. Takes 5 times as long as run with the
+ * closed form, and memory for its rows. The filter is reset before and after. Errors: as run;
  * UNSUPPORTED (the HREKF), NOT_STARTED, OUT_OF_MEMORY. */
 HNAV_API hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_input* input,
                                         const hnav_run_output* output);
 
 /* ------------------------------------------------------------------------------------------------ beside the estimate */
 
-/* The estimate just after the newest sample that is not in the future of the last advance. NOT_STARTED. */
+/* The estimate just after the newest sample up to the last advance. Error: NOT_STARTED. */
 typedef struct hnav_posterior {
     size_t size; /* of this struct; set by the caller */
     double t_s;
@@ -81,11 +81,11 @@ typedef struct hnav_posterior {
 } hnav_posterior;
 HNAV_API hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* posterior);
 
-/* What the filter holds of the magnetic field, just after the newest used sample. */
+/* The reference field and the gate, just after the newest used sample. */
 typedef enum hnav_field_gate {
     HNAV_FIELD_ACCEPTED = 0,
-    HNAV_FIELD_REJECTED = 1, /* not used: it lies away from the reference */
-    HNAV_FIELD_INFLATED = 2 /* used with inflated noise although it lies away */
+    HNAV_FIELD_REJECTED = 1, /* not used: it deviates from the reference */
+    HNAV_FIELD_INFLATED = 2 /* used with inflated noise although it deviates */
 } hnav_field_gate;
 
 typedef struct hnav_field {
@@ -94,7 +94,7 @@ typedef struct hnav_field {
     double dip_rad;
     double latency_s; /* estimated delay of the magnetometer behind its time stamps (ahrs) */
     double latency_sigma_s;
-    double evidence_s; /* time for which the reference was seen, counted less at rest (ahrs) */
+    double evidence_s; /* time for which the field agreed with the reference, weighted less at rest (ahrs) */
     double heading_trust_s; /* the same for the heading, through changes of reference (ahrs) */
     int32_t reference_changes; /* references taken after the first (ahrs) */
     int32_t gate; /* hnav_field_gate of the last field */
@@ -107,7 +107,7 @@ HNAV_API hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* fi
  * filters that do not estimate it. */
 HNAV_API hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]);
 
-/* How what is shown changes with x. */
+/* Directional derivatives of the outputs by x. */
 typedef struct hnav_shown_along {
     size_t size; /* of this struct; set by the caller */
     double q_nb[4];
@@ -119,8 +119,8 @@ typedef struct hnav_shown_along {
     double gyro_bias_sigma_rad_s[3];
     double covariance[36]; /* of (rotation about the navigation axes, gyro bias), row-major */
 } hnav_shown_along;
-/* Exact derivatives of attitude, rate, gyro_bias and covariance along the direction `seed` of x, at the x that
- * hnav_filter_show lets them show. Of an attitude that has not been found all are 0 but those of the bias. Errors: SIZE. */
+/* Exact derivatives of attitude, rate, gyro_bias and covariance along the direction `seed` of x, at the x of
+ * hnav_filter_show. Before the attitude is initialised all are 0 except those of the bias. Error: SIZE. */
 HNAV_API hnav_status hnav_filter_shown_along(const hnav_filter* filter, const double* seed, hnav_shown_along* along);
 
 #ifdef __cplusplus

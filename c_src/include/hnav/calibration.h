@@ -1,7 +1,7 @@
 /* Magnetometer calibration from a recording of a sensor that was turned about all axes (a figure of eight in the air),
  * far from iron that does not turn with it: hard iron, soft iron, scale and misalignment, and the rotation between the
- * axes of the field and those of the force. An ellipsoid is fitted (Li and Griffiths 2004), gravity gives the rotation
- * that it leaves open, both are refined together (Kok, Hol, Schon, Gustafsson, Luinge 2012), outliers lose their weight.
+ * axes of the field and those of the force. An ellipsoid is fitted (Li and Griffiths 2004), gravity determines the remaining
+ * rotation, both are refined together (Kok, Hol, Schon, Gustafsson, Luinge 2012), outliers are down-weighted.
  *
  *     corrected = matrix (field - offset) */
 #ifndef HNAV_CALIBRATION_H
@@ -18,7 +18,7 @@ HNAV_API hnav_magnetometer_options hnav_magnetometer_defaults(void);
 
 typedef enum hnav_magnetometer_fit {
     HNAV_MAGNETOMETER_FULL = 0,          /* offset and matrix, rotation included */
-    HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* none that force shows: matrix symmetric, which turns the field least */
+    HNAV_MAGNETOMETER_NO_ROTATION = 1,   /* rotation not observable: symmetric matrix, smallest rotation */
     HNAV_MAGNETOMETER_HARD_IRON_ONLY = 2 /* offset; matrix is the identity */
 } hnav_magnetometer_fit;
 
@@ -37,10 +37,10 @@ typedef struct hnav_magnetometer_calibration {
     double condition;             /* largest over second smallest eigenvalue of the quadric's scatter; 0: not reached */
     double ambiguity;             /* smallest over second smallest: near 1, another ellipsoid fits as well */
     double axis_ratio;            /* longest over shortest axis of the ellipsoid; of the refused one, or 1 */
-    double direction_sigma_rad;   /* error of the corrected direction, rms over the sphere, that nine of ten calibrations stay
-                                     below; a rotation that was given up is in it; NaN: offset_axes 2 */
+    double direction_sigma_rad;   /* error of the corrected direction, rms over the sphere, exceeded by one of ten
+                                     calibrations; includes a rotation that was not estimated; NaN: offset_axes 2 */
     uint64_t samples;             /* rows with a field */
-    uint64_t used_samples;        /* of these, rows that saw a new attitude: a rest counts once */
+    uint64_t used_samples;        /* of these, rows with a new attitude: a rest counts once */
     uint64_t force_samples;       /* of these, rows whose force was taken for gravity */
     int32_t fit;                  /* hnav_magnetometer_fit */
     int32_t offset_axes;          /* 3, or 2 when the samples lie in a plane: across it offset is zero */
@@ -49,8 +49,8 @@ typedef struct hnav_magnetometer_calibration {
 } hnav_magnetometer_calibration;
 
 /* field: n x 3, in any unit; force_b_m_s2: n x 3 of the same instants, may be null. A row of three NaN is a missing
- * sample. options: null for the defaults. calibration: written on success only. message (may be null): why the call
- * failed; after a success what the answer leaves out and why, and what of the sphere the samples leave out.
+ * sample. options: null for the defaults. calibration: written on success only. message (may be null): the reason of a
+ * failure; after a success the omitted parts with their reason, and the part of the sphere without samples.
  * Errors: NULL_ARGUMENT, OPTION, OPTIONS_STAMP, OUT_OF_MEMORY, NON_FINITE, OUT_OF_RANGE, and ILL_CONDITIONED when the
  * samples are too few, do not vary, lie in a plane, cover too little of the sphere or are no ellipsoid. */
 HNAV_API hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const double* force_b_m_s2,

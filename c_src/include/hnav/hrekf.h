@@ -1,5 +1,5 @@
-/* HREKF: the filter of the paper on the alignment of a strapdown system. Its calls are those of filter.h and, but for hnav_filter_smooth,
- * those of ahrs.h. */
+/* HREKF: the filter of the paper on the alignment of a strapdown system. It has the calls of filter.h, and those of ahrs.h except
+ * hnav_filter_smooth. */
 #ifndef HNAV_HREKF_H
 #define HNAV_HREKF_H
 
@@ -12,14 +12,14 @@ extern "C" {
 
 /* preset: HNAV_PRESET_DEFAULT or HNAV_PRESET_PAPER. */
 HNAV_API hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset);
-/* Makes an HREKF. On failure *filter is null and the reason stands in message (may be null). */
+/* Makes an HREKF. On failure *filter is null and message (may be null) has the reason. */
 HNAV_API hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message,
                                        size_t message_size);
 
-/* The same in memory of the caller's, by the closed form alone (solver = HNAV_SOLVER_CLOSED_FORM): nothing is taken from
- * elsewhere, now or later. bytes: at least those that the call before tells for the options, of any alignment; it tells 0 for
- * options that make no filter. The memory is the caller's again when the filter is no longer used. Errors beside those of
- * create: SIZE, UNSUPPORTED (another solver). */
+/* The same in the caller's memory, without any allocation; requires solver = HNAV_SOLVER_CLOSED_FORM.
+ * bytes: at least the result of hnav_hrekf_memory_bytes for the options (0 for invalid options), with any alignment.
+ * The caller may reuse the memory when the filter is no longer used.
+ * Errors beside those of create: SIZE, UNSUPPORTED (another solver). */
 HNAV_API size_t hnav_hrekf_memory_bytes(const hnav_hrekf_options* options);
 HNAV_API hnav_status hnav_hrekf_create_in(void* memory, size_t bytes, hnav_filter** filter, const hnav_hrekf_options* options,
                                           char* message, size_t message_size);

@@ -1,4 +1,4 @@
-/* Navigation: position, velocity and attitude from rate, force and aids such as satellites, pressure and wheels; aligned from
+/* Navigation: position, velocity and attitude from rate, force and aids such as GNSS, pressure and wheels; aligned from
  * any heading, in motion or at rest, without a magnetometer.
  *
  *     hnav_ins_options options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
@@ -16,8 +16,8 @@
  *     }
  *     hnav_filter_destroy(ins);
  *
- * Every sample carries the time at which it was valid; it may come later by the option horizon_s, and the filter goes back. Samples
- * of one time may come in any order. n is north-east-down at the place of the body; heights are above the ellipsoid of
+ * Every sample carries the time at which it was valid. It may arrive up to the option horizon_s later. Samples of one time may
+ * arrive in any order. n is north-east-down at the place of the body; heights are above the ellipsoid of
  * WGS 84; sigmas are standard deviations. Other conventions and promises: hnav.h; the calls that all filters share: filter.h. */
 #ifndef HNAV_INS_H
 #define HNAV_INS_H
@@ -38,14 +38,14 @@ HNAV_API hnav_status hnav_ins_create(hnav_filter** filter, const hnav_ins_option
 
 typedef enum hnav_ins_phase {
     HNAV_INS_PHASE_WAITING = 0, /* for rate and force */
-    HNAV_INS_PHASE_LEVELLING = 1, /* the first tilt is being found, or the first fix waited for */
-    HNAV_INS_PHASE_ANY_HEADING = 2, /* everything but the heading is estimated, and what there is to know of it */
+    HNAV_INS_PHASE_LEVELLING = 1, /* estimates the first tilt, or waits for the first fix */
+    HNAV_INS_PHASE_ANY_HEADING = 2, /* all states, and the heading as a density on the circle */
     HNAV_INS_PHASE_NAVIGATING = 3
 } hnav_ins_phase;
 
-/* At the time of the last advance; between events of a hybrid view place, velocity and attitude are those of x, all else as at the last
- * event. Before there is a tilt all numbers but t_s are NaN. In ANY_HEADING they are those of the
- * likeliest heading. */
+/* At the time of the last advance; between events of a hybrid view position, velocity and attitude are those of x, all else as at
+ * the last event. Before there is a tilt all numbers except t_s are NaN. In ANY_HEADING they are those of the most probable
+ * heading. */
 typedef struct hnav_navigation {
     size_t size; /* of this struct; set by the caller */
     double t_s;
@@ -58,21 +58,21 @@ typedef struct hnav_navigation {
     double sigma_position_m[3], sigma_velocity_m_s[3]; /* north, east, down */
     double sigma_rotation_rad[3]; /* about north, east, down; the third is heading: its spread over the whole circle */
     double sigma_gyro_bias_rad_s[3], sigma_accel_bias_m_s2[3];
-    double heading_second_rad, heading_second_share; /* the strongest other heading and its probability; share 0: there is none */
-    double latency_s, sigma_latency_s; /* of the satellites behind their stamps */
+    double heading_second_rad, heading_second_share; /* the second heading hypothesis and its probability; 0: none */
+    double latency_s, sigma_latency_s; /* of GNSS behind its stamps */
     int32_t phase; /* hnav_ins_phase */
-    /* Known: a small sigma that was earned from samples. */
+    /* 1: a small sigma, with as much information from samples. */
     int32_t tilt_ready, heading_ready, velocity_ready, position_ready;
     int32_t at_rest;
-    double gyro_scale[3], sigma_gyro_scale[3]; /* how much more than the rate each gyroscope shows, in parts of it */
+    double gyro_scale[3], sigma_gyro_scale[3]; /* relative excess of the gyroscope's reading over the rate */
     /* Protection levels: bounds that the horizontal and vertical position and the heading exceed for less than 1e-3 of the time,
-     * from sigmas and from how well the satellites fit. A spoofed position that drifts slowly is not covered. */
+     * from sigmas and the consistency of GNSS. A spoofed position that drifts slowly is not covered. */
     double protection_m[2], protection_heading_rad;
 } hnav_navigation;
 /* Errors: SIZE. */
 HNAV_API hnav_status hnav_ins_navigation(const hnav_filter* filter, hnav_navigation* navigation);
 
-/* Nats gained about the heading since the start, by what brought them: half the logarithm of the ratio of variances. */
+/* Information about the heading since the start by sensor, in nats: half the logarithm of the ratio of variances. */
 typedef struct hnav_observed {
     size_t size; /* of this struct; set by the caller */
     double by_rest, by_speed, by_pressure, by_velocity, by_position, by_heading, by_field;
@@ -81,7 +81,7 @@ HNAV_API hnav_status hnav_ins_observed(const hnav_filter* filter, hnav_observed*
 
 /* ------------------------------------------------------------------------------------------------ recordings */
 
-/* n rows of the IMU; a row of NaN has no sample. Aids are sorted by the time at which they came, which is their time of validity
+/* n rows of the IMU; a row of NaN has no sample. Aids are sorted by their time of arrival, which is their time of validity
  * when aid_received_s is null. aid_value: 6 for each, as the push calls have them:
  *     position  latitude, longitude in rad, height; sigma north, east, down
  *     velocity  north, east, down; sigmas          speed, pressure, heading  value, sigma
@@ -119,23 +119,23 @@ typedef struct hnav_ins_run_output {
     uint8_t* at_rest;
 } hnav_ins_run_output;
 
-/* Bit for bit as sample by sample. Samples that cannot be used are counted and left out. rows_done (may be null): rows of input
+/* Bit for bit as sample by sample. Unusable samples are counted and rejected. rows_done (may be null): rows of input
  * that are complete; less than n only after an error. */
 HNAV_API hnav_status hnav_ins_run(hnav_filter* filter, size_t n, const hnav_ins_run_input* input,
                                   const hnav_ins_run_output* output, size_t* rows_done);
 
-/* With hindsight: every row from all samples, before it and after it, each at its time of validity however late it came; those that
- * came after the last row are not used. From the first sample of rate and force on, as soon as the heading has been found later:
- * phase is NAVIGATING there, heading_second has share 0, and ready means a small sigma, if the filter earned the flag in this row
- * or a later one. Rows of which nothing later tells the heading are those of the filter, and so is the last one. By the closed form,
- * whatever solver is; the filter itself stays as it is. Takes some ten times as long as run, 4 MB, and 13 kB for each 256
- * corrections or 1024 rows. Errors: as of run, OUT_OF_MEMORY. */
+/* Smoother: every row from all samples, each at its time of validity however late it arrived; samples that arrived after the last row
+ * are not used. If the heading is found later, rows are NAVIGATING from the first sample of rate and force on, heading_second has
+ * share 0, and ready requires a small sigma and the filter's flag in this row or a later one. Rows without a later heading, and the
+ * last row, are those of the filter. Uses the closed form for any solver; the filter itself is unchanged.
+ * Takes some ten times as long as run, 4 MB, and 13 kB for each 256 corrections or 1024 rows.
+ * Errors: as of run, OUT_OF_MEMORY. */
 HNAV_API hnav_status hnav_ins_smooth(hnav_filter* filter, size_t n, const hnav_ins_run_input* input,
                                      const hnav_ins_run_output* output);
 
 /* ------------------------------------------------------------------------------------------------ hybrid view */
 
-/* How what flows of hnav_navigation changes with x. */
+/* Directional derivatives of the flowing part of hnav_navigation by x. */
 typedef struct hnav_navigation_along {
     size_t size; /* of this struct; set by the caller */
     double latitude_rad, longitude_rad, height_m;
@@ -143,8 +143,8 @@ typedef struct hnav_navigation_along {
     double q_nb[4];
     double euler_rad[3];
 } hnav_navigation_along;
-/* Exact derivatives along the direction `seed` of x, at the x that hnav_filter_show lets it show; 0 before there is a tilt. At a pole
- * the longitude has none, and is answered by 0. Errors: SIZE. */
+/* Exact derivatives along the direction `seed` of x, at the x of hnav_filter_show; 0 before there is a tilt, and 0 for the longitude at a
+ * pole. Error: SIZE. */
 HNAV_API hnav_status hnav_ins_navigation_along(const hnav_filter* filter, const double* seed, hnav_navigation_along* along);
 
 #ifdef __cplusplus

@@ -52,19 +52,19 @@ typedef struct hnav_ins_error_model {
 
 /* Refused, with a message that names the matrix: sizes out of range (SIZE), null (NULL_ARGUMENT) or non-finite
  * (NON_FINITE) matrices; covariances that are not symmetric or not positive semidefinite, An that lets lambda grow, an
- * unstable mode of A that the measurements do not show (all OPTION). */
+ * unstable mode of A that is not observable (all OPTION). */
 HNAV_API hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const hnav_ins_error_options* options,
                                                   const hnav_ins_error_model* model, char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_ins_error_filter_destroy(hnav_ins_error_filter* filter);
-/* Back to x0 and P0, no samples, with the present model. */
+/* Restores x0 and P0, no samples, with the present model. */
 HNAV_API hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
 HNAV_API const char* hnav_ins_error_filter_message(const hnav_ins_error_filter* filter);
-/* What is legal but doubtful about the model, "" if nothing: states and coloured errors that separate poorly. */
+/* A warning about the model, "" if there is none: states and coloured errors that are hard to separate. */
 HNAV_API const char* hnav_ins_error_filter_warning(const hnav_ins_error_filter* filter);
 /* For a mode of A with eigenvalue mu and shape a, |(mu - An) H a| / (|(1 - mu) H a| + |(1 - An) H a|) in units of
- * sigma(lambda); the least over the modes. 0: a mode moves the measurements just as lambda does; 1: nothing like it. */
+ * sigma(lambda); the least over the modes. 0: a mode changes the measurements as lambda does; 1: it is separable. */
 HNAV_API hnav_status hnav_ins_error_filter_separability(const hnav_ins_error_filter* filter, double* separability);
 /* Other matrices of the same sizes from the next step on (time-varying systems): A, B, G, Qw, An, Bn, QU lead to that
  * step, H and Qv are of its sample. x0, P0 and Lambda0 count again at a reset. Errors as of create. */
@@ -80,28 +80,28 @@ HNAV_API hnav_status hnav_ins_error_filter_step(hnav_ins_error_filter* filter, c
 HNAV_API hnav_status hnav_ins_error_filter_estimate(const hnav_ins_error_filter* filter, double* x, double* sigma); /* nx */
 HNAV_API hnav_status hnav_ins_error_filter_covariance(const hnav_ins_error_filter* filter, double* P); /* nx x nx */
 /* lambda (nz), its sigma, and the compensated measurement z - lambda, NaN where z is missing. Forms other than AUGMENTED
- * have no state lambda and answer z - H x, which is lambda + v. */
+ * have no state lambda and return z - H x, which is lambda + v. */
 HNAV_API hnav_status hnav_ins_error_filter_coloured_error(const hnav_ins_error_filter* filter, double* lambda, double* sigma,
                                                           double* compensated);
 /* Of the newest sample: innovation (nz, NaN where there was none), its covariance S (nz x nz) with the noise that was
  * used, and NIS over the present channels. NO_DATA before the first sample. In MDKF and AMDKF S need not be a covariance,
- * and NIS can be negative: so are their equations. */
+ * and NIS can be negative, by their equations as printed. */
 HNAV_API hnav_status hnav_ins_error_filter_innovation(const hnav_ins_error_filter* filter, double* innovation, double* S,
                                                       double* nis);
 /* By channel (nz): factor on Qv (on R in AMDKF), and the probability that its noise has a fault (JOINT, HMM; 0 or 1 by the
  * gate of GATED_MATCH; 0 otherwise). */
 HNAV_API hnav_status hnav_ins_error_filter_noise(const hnav_ins_error_filter* filter, double* scale, double* fault_probability);
 
-/* What is at fault, as probabilities. noise, bias: by channel (nz), white noise above Qv, as above, and a coloured error that
- * has jumped; the latter fades, by 7 % a step, once the filter has learned the jump. process: that state or coloured
- * errors are driven by more than Qw or QU. bias and process are 0 unless the scaling is JOINT and the form AUGMENTED. */
+/* Fault probabilities. noise, bias: by channel (nz), white noise above Qv, as above, and a jump of the coloured error; the
+ * latter decays by 7 % a step once the filter has estimated the jump. process: process noise of state or coloured errors
+ * above Qw or QU. bias and process are 0 unless the scaling is JOINT and the form AUGMENTED. */
 HNAV_API hnav_status hnav_ins_error_filter_faults(const hnav_ins_error_filter* filter, double* noise, double* bias,
                                                   double* process);
 
 typedef struct hnav_ins_error_info {
     size_t size;              /* of this struct; set by the caller */
     uint64_t steps;           /* done since create or reset */
-    uint64_t shown_step;      /* the step, counted from 0, that the outputs are about */
+    uint64_t shown_step;      /* step of the outputs, counted from 0 */
     int32_t nx, nu, nz;
     int32_t estimates_lambda; /* lambda is a state */
 } hnav_ins_error_info;
@@ -115,7 +115,7 @@ typedef struct hnav_ins_error_run_input {
     const uint8_t* present; /* n x nz, may be null */
 } hnav_ins_error_run_input;
 
-typedef struct hnav_ins_error_run_output { /* null: not written; row k is what the outputs show after step k */
+typedef struct hnav_ins_error_run_output { /* null: not written; row k has the outputs after step k */
     size_t size;                                              /* of this struct; set by the caller */
     double *x, *sigma;                                        /* n x nx */
     double* covariance;                                       /* n x nx x nx */
@@ -134,7 +134,7 @@ HNAV_API hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, si
  * create is not part of it: replace it again after load. */
 HNAV_API hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter, size_t* bytes);
 HNAV_API hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT, STATE_VERSION: the filter is as it was. */
+/* Errors: SIZE, STATE_CORRUPT, STATE_VERSION; the filter is then unchanged. */
 HNAV_API hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus

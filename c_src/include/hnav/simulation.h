@@ -1,8 +1,8 @@
-/* hnav simulation: truth and sensor models to drive filters with. Conventions, status codes and promises are those of hnav.h,
- * but for its stability: names here may change between minor versions.
+/* hnav simulation: true motion and sensor models as inputs of filters. Conventions, status codes and promises are those of hnav.h,
+ * except stability: names here may change between minor versions.
  *
- * Noise is a function of seed, source and sample: equal seeds give equal runs on one machine, whatever else is simulated
- * beside. */
+ * Noise is a function of seed, source and sample: equal seeds give equal runs on one machine, whatever else is
+ * simulated. */
 #ifndef HNAV_SIMULATION_H
 #define HNAV_SIMULATION_H
 
@@ -39,7 +39,7 @@ extern "C" {
 typedef struct hnav_aircraft hnav_aircraft;
 
 typedef struct hnav_gauss_markov { /* stationary, one process for each channel */
-    const double* sigma;           /* nx, standard deviations, >= 0; null: none */
+    const double* sigma; /* nx, standard deviations, >= 0; null: none */
     const double* time_constant_s; /* nx, above 0; not read when sigma is null */
 } hnav_gauss_markov;
 
@@ -56,18 +56,18 @@ typedef struct hnav_noise_fault { /* samples from start_s to stop_s, both includ
 
 /* Row-major, owned by the caller, copied by create. */
 typedef struct hnav_aircraft_model {
-    size_t size;                            /* of this struct; set by the caller */
-    int32_t nx, nu;                         /* 1 to 32, 0 to 32 */
-    double interval_s;                      /* between samples, above 0 */
-    const double* A_1_s;                    /* nx x nx; no eigenvalue with a real part above 1e-9 1/s */
-    const double* B_1_s;                    /* nx x nu; not read when nu = 0 */
+    size_t size; /* of this struct; set by the caller */
+    int32_t nx, nu; /* 1 to 32, 0 to 32 */
+    double interval_s; /* between samples, above 0 */
+    const double* A_1_s; /* nx x nx; no eigenvalue with a real part above 1e-9 1/s */
+    const double* B_1_s; /* nx x nu; not read when nu = 0 */
     const double* process_noise_per_sqrt_s; /* nx, standard deviations of w per root second, >= 0 */
-    const double* measurement_sigma;        /* nx, of v, >= 0 */
+    const double* measurement_sigma; /* nx, of v, >= 0 */
     hnav_gauss_markov accelerometer_error, gravity_error;
-    const double* start;                    /* nx, mean of x(0); null: zero */
-    const double* start_sigma;              /* nx, >= 0 */
-    const hnav_square_wave* commands;       /* nu, added to the commands of step; null: none */
-    const hnav_noise_fault* faults;         /* nx; null: none */
+    const double* start; /* nx, mean of x(0); null: zero */
+    const double* start_sigma; /* nx, >= 0 */
+    const hnav_square_wave* commands; /* nu, added to the commands of step; null: none */
+    const hnav_noise_fault* faults; /* nx; null: none */
 } hnav_aircraft_model;
 
 HNAV_API hnav_aircraft_options hnav_aircraft_defaults(void);
@@ -78,23 +78,23 @@ HNAV_API hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_a
                                           const hnav_aircraft_model* model, char* message, size_t message_size);
 /* Null is allowed. */
 HNAV_API void hnav_aircraft_destroy(hnav_aircraft* aircraft);
-/* Back to sample 0 of the same flight. */
+/* Restores sample 0 of the same flight. */
 HNAV_API hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
 HNAV_API const char* hnav_aircraft_message(const hnav_aircraft* aircraft);
 
-/* To the next sample; command (nu, null for zero) is held meanwhile. NON_FINITE: nothing has moved. */
+/* To the next sample; command (nu, null for zero) is held meanwhile. Error: NON_FINITE; nothing is changed. */
 HNAV_API hnav_status hnav_aircraft_step(hnav_aircraft* aircraft, const double* command);
 
 /* Of the present sample; null pointers are not written. */
 typedef struct hnav_aircraft_sample {
-    size_t size;          /* of this struct; set by the caller */
-    uint64_t k;           /* counted from 0 */
-    double t_s;           /* k interval_s */
-    double* x;            /* nx, truth */
-    double* lambda;       /* nx, coloured error, both parts */
-    double* z;            /* nx, measurement */
-    double* u;            /* nu, controls that were held up to this sample; zero at k = 0 */
+    size_t size; /* of this struct; set by the caller */
+    uint64_t k; /* counted from 0 */
+    double t_s; /* k interval_s */
+    double* x; /* nx, truth */
+    double* lambda; /* nx, coloured error, both parts */
+    double* z; /* nx, measurement */
+    double* u; /* nu, controls that were held up to this sample; zero at k = 0 */
     double* noise_factor; /* nx, on the standard deviation of v; 1 without fault */
 } hnav_aircraft_sample;
 HNAV_API hnav_status hnav_aircraft_get_sample(const hnav_aircraft* aircraft, hnav_aircraft_sample* sample);
@@ -117,10 +117,10 @@ HNAV_API hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buf
  *
  * What a body does and what error-free sensors at its centre would read. */
 typedef struct hnav_truth {
-    size_t size;            /* of this struct; set by the caller */
+    size_t size; /* of this struct; set by the caller */
     double t_s;
-    double q_nb[4];         /* body to north-east-down of true north, scalar first */
-    double euler_rad[3];    /* roll, pitch, yaw (rotation order z y x) */
+    double q_nb[4]; /* body to north-east-down of true north, scalar first */
+    double euler_rad[3]; /* roll, pitch, yaw (rotation order z y x) */
     double rate_b_rad_s[3]; /* of the body against the navigation frame */
     double force_b_m_s2[3]; /* specific force */
     double field_b_tesla[3];
@@ -148,7 +148,7 @@ typedef struct hnav_turntable hnav_turntable;
 
 HNAV_API hnav_turntable_options hnav_turntable_defaults(void);
 
-/* On failure *table is null and the reason stands in message (may be null). */
+/* On failure *table is null and message (may be null) has the reason. */
 HNAV_API hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
                                            size_t message_size);
 /* Null is allowed. */
@@ -159,10 +159,10 @@ HNAV_API const char* hnav_turntable_message(const hnav_turntable* table);
 HNAV_API hnav_status hnav_turntable_at(const hnav_turntable* table, double t_s, hnav_truth* truth);
 /* The next corner after t_s, where a rate jumps; infinity if there is none. */
 HNAV_API hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s, double* corner_s);
-/* For an integrator that steps across corners before it finds them: truth at t_s if the motion that holds at piece_s
- * went on without a corner. */
+/* For an integrator that steps across corners before it locates them: truth at t_s if the motion of piece_s continues
+ * without a corner. */
 HNAV_API hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s, double t_s, hnav_truth* truth);
-/* Specific force and field (3 each) as a body in attitude q_nb (normalised on use) reads them. */
+/* Specific force and field (3 each) as measured by a body with the attitude q_nb (normalised on use). */
 HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* q_nb, double* force_b_m_s2,
                                               double* field_b_tesla);
 
@@ -180,7 +180,7 @@ HNAV_API hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const
  * IEEE Std 952 and 1139: a white density N gives samples of variance N^2/period; bias instability is flicker noise,
  * given by the floor of the Allan deviation and made of eight first-order Gauss-Markov processes with correlation times
  * 1/4, 1, ..., 4096 s, so the floor is flat within 5 % from 2 s to 1000 s; the random walk has variance K^2 t.
- * Whatever ends in _sigma is drawn once from seed, zero mean normal.
+ * Each option that ends in _sigma is drawn once from seed, zero mean normal.
  *
  *     hnav_imu_mag_sensor_sample(sensor, t_s, &truth);
  *     hnav_imu_mag_sensor_advance(sensor, t_s);
@@ -195,24 +195,24 @@ HNAV_API hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, co
 HNAV_API void hnav_imu_mag_sensor_destroy(hnav_imu_mag_sensor* sensor);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
 HNAV_API const char* hnav_imu_mag_sensor_message(const hnav_imu_mag_sensor* sensor);
-/* Back to the moment after create. */
+/* Restores the state after create. */
 HNAV_API hnav_status hnav_imu_mag_sensor_reset(hnav_imu_mag_sensor* sensor);
 
-/* A communication point: the sensors that are due sample truth, stamped t_s; of several samples that are due the newest is
- * taken and the others are missed. Calling it twice takes nothing twice. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
+/* A communication point: due sensors sample the truth with the stamp t_s; of several due samples the newest is taken and the
+ * others are missed. A second call at t_s takes nothing. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
  * beyond 1e12); ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
 HNAV_API hnav_status hnav_imu_mag_sensor_sample(hnav_imu_mag_sensor* sensor, double t_s, const hnav_truth* truth);
-/* Delivers what has arrived by t_s. */
+/* Delivers the samples that have arrived by t_s. */
 HNAV_API hnav_status hnav_imu_mag_sensor_advance(hnav_imu_mag_sensor* sensor, double t_s);
-/* When a sample is due or delivered next. */
+/* Time at which the next sample is due or delivered. */
 HNAV_API hnav_status hnav_imu_mag_sensor_next_event_s(const hnav_imu_mag_sensor* sensor, double* next_s);
 
 typedef struct hnav_reading {
-    size_t size;      /* of this struct; set by the caller */
-    double value[3];  /* rad/s, m/s2 or T */
-    double t_meas_s;  /* when it was sampled */
-    uint64_t count;   /* samples delivered so far; 0: none, the rest is zero */
-    uint64_t missed;  /* samples that the distance of the communication points lost */
+    size_t size; /* of this struct; set by the caller */
+    double value[3]; /* rad/s, m/s2 or T */
+    double t_meas_s; /* when it was sampled */
+    uint64_t count; /* samples delivered so far; 0: none, the rest is zero */
+    uint64_t missed; /* samples that the distance of the communication points lost */
     uint64_t dropped; /* samples taken that are never delivered */
 } hnav_reading;
 /* sensor_kind: GYRO, ACCEL or MAG. */
@@ -224,14 +224,14 @@ HNAV_API hnav_status hnav_imu_mag_sensor_noise_psd(const hnav_imu_mag_sensor* se
 /* Numbers only; fits sensors made with equal options and start. */
 HNAV_API hnav_status hnav_imu_mag_sensor_state_size(const hnav_imu_mag_sensor* sensor, size_t* bytes);
 HNAV_API hnav_status hnav_imu_mag_sensor_save(const hnav_imu_mag_sensor* sensor, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT, STATE_VERSION: the sensor is as it was. */
+/* Errors: SIZE, STATE_CORRUPT, STATE_VERSION; the sensor is then unchanged. */
 HNAV_API hnav_status hnav_imu_mag_sensor_load(hnav_imu_mag_sensor* sensor, const void* buffer, size_t bytes);
 
 /* ------------------------------------------------------------------------------------------------ vehicles
  *
- * A car, an aircraft, a ship or a body at rest over the turning Earth. How it moves is drawn from the seed: levels of speed, turn and
- * bank, each held for a random time, with soft edges; that of the kind way is given by points. All but the place and the course is a function of time; these two flow, and an
- * integrator may hold them, that of hnav_vehicle_carry or one outside. Meant for ways that stay within a quarter of the globe.
+ * A car, an aircraft, a ship or a body at rest over the turning Earth. The motion is drawn from the seed: levels of speed, turn and
+ * bank, each held for a random time, with soft edges; the kind way is given by points. All quantities except position and course are
+ * functions of time. Position and course are integrated by hnav_vehicle_carry or outside. For paths within a quarter of the globe.
  *
  *     double x[HNAV_VEHICLE_STATES];
  *     hnav_vehicle_start(vehicle, x);
@@ -243,36 +243,36 @@ typedef struct hnav_vehicle_truth {
     size_t size; /* of this struct; set by the caller */
     double t_s;
     double latitude_rad, longitude_rad, height_m; /* above the ellipsoid of WGS 84 */
-    double velocity_n_m_s[3];                     /* north, east, down, over the ground */
-    double q_nb[4];                               /* body to north-east-down of true north, scalar first */
-    double euler_rad[3];                          /* roll, pitch, yaw (rotation order z y x) */
-    double rate_b_rad_s[3];                       /* against inertial axes: with the rates of the Earth and of travel over it */
-    double force_b_m_s2[3];                       /* specific force */
+    double velocity_n_m_s[3]; /* north, east, down, over the ground */
+    double q_nb[4]; /* body to north-east-down of true north, scalar first */
+    double euler_rad[3]; /* roll, pitch, yaw (rotation order z y x) */
+    double rate_b_rad_s[3]; /* relative to inertial axes: includes the Earth's rate and the transport rate */
+    double force_b_m_s2[3]; /* specific force */
     double field_b_tesla[3];
 } hnav_vehicle_truth;
 
-/* Displacement from the start in Earth-centred, Earth-fixed axes, m, and course in level axes that the vehicle carries along, rad. */
+/* Displacement from the start in Earth-centred, Earth-fixed axes, m, and course in level axes that move with the vehicle, rad. */
 #define HNAV_VEHICLE_STATES 4
 
 HNAV_API hnav_vehicle_options hnav_vehicle_defaults(void);
 
-/* On failure *vehicle is null and the reason stands in message (may be null). start_s: of the motion. */
+/* On failure *vehicle is null and message (may be null) has the reason. start_s: of the motion. */
 HNAV_API hnav_status hnav_vehicle_create(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
                                          char* message, size_t message_size);
 
-/* Where a vehicle of the kind way is: from its start, along north and east there, and above its height. The heights of the ground are
- * those of the ellipsoid, also far from the start. */
+/* A point of the kind way: displacement from the start along north and east there, and height above the start. Heights follow the
+ * ellipsoid, also far from the start. */
 typedef struct hnav_way_point {
     double t_s; /* since the start of the motion */
     double north_m, east_m, up_m;
 } hnav_way_point;
-/* Where a place lies from a start: sets all but the time. Places are latitude, longitude in rad, height in m. Errors: NULL_ARGUMENT,
- * NON_FINITE, OUT_OF_RANGE (farther than a quarter of the globe). */
+/* Displacement of a place from a start: sets all fields except the time. Places are latitude, longitude in rad, height in m.
+ * Errors: NULL_ARGUMENT, NON_FINITE, OUT_OF_RANGE (farther than a quarter of the globe). */
 HNAV_API hnav_status hnav_way_point_at(const double start[3], const double place[3], hnav_way_point* point);
-/* The same for the kind way. It meets the points at their times, with continuous velocity and acceleration; where a point comes twice it
- * stands, and it keeps the direction of its way. Before the first point and after the last it goes straight on. n: 2 or more, whose times
- * grow by 1e-3 s or more, within 1e6 m. OPTION, beside those of create: points that cannot be met, with the number of the point; a way that
- * turns back on itself or climbs straight up has no heading there. The points are copied. */
+/* The same for the kind way. The vehicle passes the points at their times, with continuous velocity and acceleration; at a repeated point
+ * it rests and keeps its direction. Before the first point and after the last it moves straight on. n: 2 or more, whose times
+ * grow by 1e-3 s or more, within 1e6 m. OPTION, beside those of create: points that cannot be passed, with the
+ * number of the point; a path that reverses or climbs straight up has no heading there. The points are copied. */
 HNAV_API hnav_status hnav_vehicle_create_along(hnav_vehicle** vehicle, const hnav_vehicle_options* options, double start_s,
                                                const hnav_way_point* points, size_t n, char* message, size_t message_size);
 /* Null is allowed. */
@@ -290,10 +290,10 @@ HNAV_API hnav_status hnav_vehicle_at(const hnav_vehicle* vehicle, double t_s, co
 
 /* ------------------------------------------------------------------------------------------------ aids
  *
- * A receiver of satellites, a barometer, or wheels in a vehicle. It samples truth at its period, index k = 0, 1, ... from start_s; a
+ * A GNSS receiver, a barometer, or wheels in a vehicle. It samples the truth at its period, index k = 0, 1, ... from start_s; a
  * sample that is due is taken at the next communication point and stamped with the time of that point, it is delivered latency_s later.
- * Noise belongs to k: neither communication steps nor other sensors change it. Errors are white noise, whose sigma the sensor tells,
- * and a slow one, which it does not (first-order Gauss-Markov); the scale factor of wheels and the weather are drawn once.
+ * Noise belongs to k: neither communication steps nor other sensors change it. Errors are white noise with a stated sigma, and a slow
+ * error that is not stated (first-order Gauss-Markov); the scale factor of wheels and the weather are drawn once.
  *
  *     hnav_aid_sensor_sample(sensor, t_s, &truth);
  *     hnav_aid_sensor_advance(sensor, t_s);
@@ -304,7 +304,7 @@ typedef enum hnav_aid_sensor_kind { HNAV_AID_GNSS = 0, HNAV_AID_BARO = 1, HNAV_A
 
 HNAV_API hnav_aid_sensor_options hnav_aid_sensor_defaults(void);
 
-/* Of the options those of the kind's group count. On failure *sensor is null and the reason stands in message (may be null). */
+/* Of the options those of the kind's group count. On failure *sensor is null and message (may be null) has the reason. */
 HNAV_API hnav_status hnav_aid_sensor_create(hnav_aid_sensor** sensor, hnav_aid_sensor_kind kind,
                                             const hnav_aid_sensor_options* options, double start_s, char* message,
                                             size_t message_size);
@@ -312,22 +312,22 @@ HNAV_API hnav_status hnav_aid_sensor_create(hnav_aid_sensor** sensor, hnav_aid_s
 HNAV_API void hnav_aid_sensor_destroy(hnav_aid_sensor* sensor);
 /* Text of the last failure of this object, "" if there was none; valid until the next call on it. */
 HNAV_API const char* hnav_aid_sensor_message(const hnav_aid_sensor* sensor);
-/* Back to the moment after create. */
+/* Restores the state after create. */
 HNAV_API hnav_status hnav_aid_sensor_reset(hnav_aid_sensor* sensor);
 
-/* A communication point: if a sample is due it is taken; of several the newest, and the others are missed. Calling it twice takes
- * nothing twice. Of the truth it reads place, velocity, attitude and rate. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
+/* A communication point: a due sample is taken; of several the newest, and the others are missed. A second call at t_s takes
+ * nothing. Uses place, velocity, attitude and rate of the truth. Errors, nothing is taken: NON_FINITE; OUT_OF_RANGE (a number
  * beyond 1e12); ZERO_VECTOR when q_nb is shorter than 0.5, as before a simulation has passed a truth on. */
 HNAV_API hnav_status hnav_aid_sensor_sample(hnav_aid_sensor* sensor, double t_s, const hnav_vehicle_truth* truth);
-/* Delivers what has arrived by t_s. */
+/* Delivers the samples that have arrived by t_s. */
 HNAV_API hnav_status hnav_aid_sensor_advance(hnav_aid_sensor* sensor, double t_s);
-/* When a sample is due or delivered next. */
+/* Time at which the next sample is due or delivered. */
 HNAV_API hnav_status hnav_aid_sensor_next_event_s(const hnav_aid_sensor* sensor, double* next_s);
 
 typedef struct hnav_aid_reading {
     size_t size; /* of this struct; set by the caller */
     double value[6]; /* latitude, longitude in rad, height in m, velocity north, east, down in m/s | Pa | m/s; the rest is 0 */
-    double sigma[6]; /* as told, north, east, down for the place */
+    double sigma[6]; /* as stated; north, east, down for the place */
     double t_meas_s; /* as stamped */
     uint64_t count; /* samples delivered so far; 0: none, value and t_meas_s are zero */
     uint64_t missed; /* samples that the distance of the communication points lost */
@@ -340,7 +340,7 @@ HNAV_API hnav_status hnav_aid_sensor_reading(const hnav_aid_sensor* sensor, hnav
 /* Numbers only; fits sensors made with equal kind, options and start. */
 HNAV_API hnav_status hnav_aid_sensor_state_size(const hnav_aid_sensor* sensor, size_t* bytes);
 HNAV_API hnav_status hnav_aid_sensor_save(const hnav_aid_sensor* sensor, void* buffer, size_t bytes);
-/* SIZE, STATE_CORRUPT, STATE_VERSION: the sensor is as it was. */
+/* Errors: SIZE, STATE_CORRUPT, STATE_VERSION; the sensor is then unchanged. */
 HNAV_API hnav_status hnav_aid_sensor_load(hnav_aid_sensor* sensor, const void* buffer, size_t bytes);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/* What every header of hnav begins with: status codes, version, the sensors, and the description of an option. */
+/* Common part of all headers: status codes, version, the sensors, and the description of an option. */
 #ifndef HNAV_TYPES_H
 #define HNAV_TYPES_H
 
@@ -25,24 +25,24 @@ extern "C" {
 
 typedef enum hnav_status {
     HNAV_OK = 0,
-    HNAV_ERROR_NULL_ARGUMENT = 1,    /* a pointer that must not be null is */
-    HNAV_ERROR_OPTION = 2,           /* an option is impossible; the message names the field */
+    HNAV_ERROR_NULL_ARGUMENT = 1,    /* a required pointer is null */
+    HNAV_ERROR_OPTION = 2,           /* an invalid option; the message names the field */
     HNAV_ERROR_OPTIONS_STAMP = 3,    /* the options were not made by a *_defaults call of this version */
-    HNAV_ERROR_OUT_OF_MEMORY = 4,    /* create found no memory */
+    HNAV_ERROR_OUT_OF_MEMORY = 4,    /* create could not allocate memory */
     HNAV_ERROR_NON_FINITE = 5,       /* NaN or infinity in a sample or time; the sample is dropped and counted */
     HNAV_ERROR_ZERO_VECTOR = 6,      /* a force or field of zero length has no direction; dropped and counted */
     HNAV_ERROR_OUT_OF_RANGE = 7, /* an argument outside its range (sigma not positive, unknown sensor, time beyond 1e12 s) */
     HNAV_ERROR_LATE_SAMPLE = 8, /* older than the committed estimate; dropped and counted */
     HNAV_ERROR_QUEUE_FULL = 9, /* more waiting samples than queue_capacity: advance first */
     HNAV_ERROR_TIME_BACKWARDS = 10, /* advance to a time before the last one */
-    HNAV_ERROR_NOT_STARTED = 11, /* no attitude yet: the start waits for samples */
+    HNAV_ERROR_NOT_STARTED = 11, /* no attitude yet: waiting for samples */
     HNAV_ERROR_NO_DATA = 12, /* no sample of this sensor has been used yet */
-    HNAV_ERROR_SIZE = 13, /* a buffer or a struct of a size that the call does not know */
+    HNAV_ERROR_SIZE = 13, /* unknown size of a buffer or a struct */
     HNAV_ERROR_STATE_CORRUPT = 14, /* saved state damaged, or of another object: its model or options differ; see the message */
-    HNAV_ERROR_SOLVER = 15, /* there is no usable answer; the samples that led there were dropped */
-    HNAV_ERROR_UNSUPPORTED = 16, /* this filter cannot do what was asked */
+    HNAV_ERROR_SOLVER = 15, /* no usable estimate; the samples concerned were dropped */
+    HNAV_ERROR_UNSUPPORTED = 16, /* not supported by this filter */
     HNAV_ERROR_ILL_CONDITIONED = 17, /* the data do not determine the answer; the message says what is missing */
-    HNAV_ERROR_STATE_VERSION = 18 /* saved state of a version of hnav whose states this one does not read */
+    HNAV_ERROR_STATE_VERSION = 18 /* saved state of an incompatible version of hnav */
 } hnav_status;
 
 /* One line of English for a status; never null. */
@@ -68,8 +68,8 @@ HNAV_API const char* hnav_version(void);
  *     hnav_attitude attitude = {.size = sizeof attitude};
  *     hnav_filter_attitude(filter, &attitude);
  *
- * Later versions may add fields at its end. A call writes no more than the caller's size and takes the fields beyond it for
- * zero, so that a program goes on working with a newer library; a size that no version had is answered by
+ * Later versions may add fields at its end. A call writes no more than the caller's size and treats the fields beyond it as
+ * zero, so that a program works with a newer library. A size of no version is refused with
  * HNAV_ERROR_SIZE. In C++: auto attitude = hnav_sized<hnav_attitude>(); */
 #ifdef __cplusplus
 } // extern "C"
@@ -84,17 +84,17 @@ extern "C" {
 
 /* ------------------------------------------------------------------------------------------------ options */
 
-/* Whatever is made from options is made from a struct hnav_..._options of hnav/options. Its defaults call fills it, then the
- * fields that matter are changed by name:
+/* Each create call takes a struct hnav_..._options of hnav/options. A defaults call fills it; then change fields by
+ * name:
  *
  *     hnav_ahrs_options options = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
  *     options.declination_rad = 0.061;
  *
- * Programs that know the names at run time only, such as readers of settings, find them in the rows of hnav_option. */
+ * Programs that get the names at run time, such as readers of settings, use the rows of hnav_option. */
 
 typedef enum hnav_option_kind { HNAV_OPTION_REAL = 0, HNAV_OPTION_INTEGER = 1, HNAV_OPTION_CHOICE = 2 } hnav_option_kind;
 
-/* One option: create checks by it, the FMU takes its parameter from it, Python its name. Rows belong to the library. */
+/* One option: source of the checks in create, the FMU's parameter and the name in Python. The library owns the rows. */
 typedef struct hnav_option_info {
     const char* name; /* the field of the options struct; "yaw.motion" for one of a struct inside */
     const char* group; /* "noise", "start", ... */
@@ -110,7 +110,7 @@ typedef struct hnav_option_info {
     int32_t choice_count;
     hnav_option_kind kind; /* REAL fields are double, the others int32_t */
     int32_t min_is_open, max_is_open; /* 1 when min or max itself is excluded */
-    int32_t advanced; /* 0 for the dozen that one meets first */
+    int32_t advanced; /* 0 for the dozen to look at first */
 } hnav_option_info;
 
 /* A set of values that a defaults call can fill in. */
@@ -129,30 +129,30 @@ HNAV_API const hnav_preset_info* hnav_preset_of(const char* of, int32_t index);
 /* One component of an option as a number, whatever its kind; NaN when the row has no such component or a pointer is null.
  * options: a struct of the options that the row is of. */
 HNAV_API double hnav_option_value(const hnav_option_info* row, const void* options, int32_t component);
-/* Errors: NULL_ARGUMENT; OUT_OF_RANGE when the row has no such component. Whether the value is possible is for create to
- * say. */
+/* Errors: NULL_ARGUMENT; OUT_OF_RANGE when the row has no such component. create checks the
+ * value. */
 HNAV_API hnav_status hnav_set_option_value(const hnav_option_info* row, void* options, int32_t component, double value);
 
 /* ------------------------------------------------------------------------------------------------ health */
 
-/* What a sensor is taken to be. Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used,
- * outliers apart, because nothing better is known, and the sigma of the attitude grows by what they may have missed. */
+/* State of a sensor. Stuck and saturated samples and outliers are rejected. Stuck and saturated rates are used, since there
+ * is no other measurement of the rotation, and the sigma of the attitude grows by the turn that may be missing. */
 typedef enum hnav_sensor_state {
     HNAV_SENSOR_STATE_OK = 0,
     HNAV_SENSOR_STATE_LATE = 1, /* within the last second a sample was refused: older than the committed estimate */
-    HNAV_SENSOR_STATE_OUTLIER = 2, /* within the last second a sample lay far from those beside it */
+    HNAV_SENSOR_STATE_OUTLIER = 2, /* within the last second a sample deviated strongly from its neighbours */
     HNAV_SENSOR_STATE_STUCK = 3, /* an axis repeats one value although the body moves */
     HNAV_SENSOR_STATE_SATURATED = 4, /* an axis is at the end of its range */
     HNAV_SENSOR_STATE_MISSING = 5 /* no sample yet, or none for a second and ten of its usual intervals */
 } hnav_sensor_state;
 
 typedef struct hnav_sensor_health {
-    double since_s; /* time at which the state began; NaN when it has been so from the first */
+    double since_s; /* time at which the state began; NaN if it holds since the first sample */
     uint64_t outliers; /* samples so far */
     uint64_t stuck;
     uint64_t saturated;
     uint64_t late;
-    uint64_t left_out; /* taken in and not used: outliers, stuck, saturated, stamps far ahead */
+    uint64_t left_out; /* accepted by push and not used: outliers, stuck, saturated, stamps far ahead */
     int32_t state; /* hnav_sensor_state */
     int32_t axes; /* stuck or saturated now: bit 0 for x, 1 for y, 2 for z of the sensor's axes turned to the body */
 } hnav_sensor_health;
