@@ -115,7 +115,7 @@ protected:
         options_ = add_options(table, aid_sensor_option<kind>, &defaults);
     }
 
-    // One component of the sample, or three; the number of the first row.
+    // Adds one component of the sample, or three; returns the index of the first row.
     template <int first, int count = 1>
     int show_value(Table& table, const Variable& variable) {
         const auto show = [](const Reading& r, double* row) { std::memcpy(row, r.value + first, count * sizeof *row); };

@@ -12,7 +12,7 @@ public:
         height_ = table.add(truth_row("truth.height", "m", "", "Height, of which the standard atmosphere makes a pressure"));
         describe_options(table);
         const int first = show_value<0>(table, output("baro.pressure", "Pa", "", "Pressure of the air, newest sample delivered"));
-        show_sigma<0>(table, output("baro.sigma", "Pa", "", "Its standard deviation, as told"));
+        show_sigma<0>(table, output("baro.sigma", "Pa", "", "Its standard deviation, as stated"));
         show_marks(table, "baro", first);
         show_counts(table);
     }

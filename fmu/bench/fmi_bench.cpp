@@ -95,7 +95,7 @@ public:
             inputs.push_back(row(std::string(name) + ".t_meas"));
             counters.push_back(row(std::string(name) + ".sample"));
         }
-        // All of the group that tells the attitude.
+        // The whole group of the attitude.
         const unsigned group = table_[static_cast<int>(row("att.q[1]")) - 1].group;
         for (int i = 0; i < table_.size(); ++i)
             if (table_[i].group == group && table_[i].type == hnav::fmu::Type::real)

@@ -17,11 +17,11 @@ public:
             show_value<0>(table, output("gnss.latitude", "rad", "deg", "Latitude of the antenna, newest sample delivered"));
         show_value<1>(table, output("gnss.longitude", "rad", "deg", "Longitude of the antenna"));
         show_value<2>(table, output("gnss.height", "m", "", "Height of the antenna above the ellipsoid of WGS 84"));
-        show_sigma<0, 3>(table, output("gnss.sigma", "m", "", "Standard deviations north, east, down, as told"));
+        show_sigma<0, 3>(table, output("gnss.sigma", "m", "", "Standard deviations north, east, down, as stated"));
         show_marks(table, "gnss", place);
         const int velocity = show_value<3, 3>(
             table, output("gnssvel.velocity", "m/s", "", "Velocity of the antenna north, east, down, newest sample"));
-        show_sigma<3, 3>(table, output("gnssvel.sigma", "m/s", "", "Standard deviations north, east, down, as told"));
+        show_sigma<3, 3>(table, output("gnssvel.sigma", "m/s", "", "Standard deviations north, east, down, as stated"));
         show_marks(table, "gnssvel", velocity);
         show_counts(table);
     }

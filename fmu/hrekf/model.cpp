@@ -26,7 +26,7 @@ struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, list, hnav_hrekf_
         for (int i = 1; i <= 7; ++i)
             for (int j = i; j <= 7; ++j) {
                 std::snprintf(name, sizeof name, "state.P[%d,%d]", i, j);
-                // The bias block grows by its noise alone.
+                // The bias block grows by its noise only.
                 states.add(name, "", 0, i > 4 ? DependsOn::nothing : DependsOn::all_states, "Covariance of q and b");
             }
     }

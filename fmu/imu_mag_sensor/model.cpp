@@ -46,7 +46,7 @@ public:
         return true;
     }
 
-    // A truth that is none stops nothing: the samples wait for one.
+    // An invalid truth is no error: samples are taken once it is valid.
     bool take_samples(double* values, double t_s) override {
         auto truth = hnav_sized<hnav_truth>();
         std::memcpy(truth.q_nb, values + at_.q, sizeof truth.q_nb);

@@ -111,7 +111,7 @@ private:
                      output("", "", "", "Probability that the channel's coloured error has jumped; fades once it is learned")));
         noise.add<&Noise::process_fault_probability>(
             table, output("process_fault_probability", "", "",
-                          "Probability that state or coloured errors are driven by more than was told"));
+                          "Probability that state or coloured errors have increased process noise"));
         // Three vectors, one behind the other, whose rows took the units of the states.
         for (int row = scale; row < bias + nx; ++row) table.row(row).unit = table.row(row).display_unit = "";
         for (int i = 0; i < nx; ++i) table.row(scale + i).start = 1;

@@ -29,7 +29,7 @@ using ObserverCalls = FilterCalls<size_of_state, save_state, load_state>;
 
 constexpr int max_channels = 62; // known inputs and sensors together
 
-// Sampled are the known inputs, then the sensors.
+// Sampled channels: the known inputs, then the sensors.
 struct ObserverMemory : EstimateMemory<max_channels> {
     double start_s;
     double now_s, behind; // of the last step; 1: outputs that look ahead are still to be brought there
@@ -98,7 +98,7 @@ public:
         return memory_.sampled.mistaken([this](int c, bool counted) { return name_of(c, counted); });
     }
 
-    // What the plant answered when samples were dropped or the estimate was held, once.
+    // Logs the plant's message once when samples are dropped or the estimate is held.
     bool judge(Message* what) override {
         std::snprintf(what->text, sizeof what->text, "%s", trouble_);
         return trouble_[0] != '\0';

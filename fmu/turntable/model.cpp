@@ -82,7 +82,7 @@ public:
         return hnav_quaternion_derivative(seed, truth.rate_b_rad_s, out) == HNAV_OK;
     }
     // At a corner the rate jumps. An integrator that keeps its history over it goes on with derivatives of the piece before;
-    // it starts anew where it is told that states have changed.
+    // it restarts where it is informed of changed states.
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         double corner_s = no_bound;
         hnav_turntable_next_corner_s(object_, memory_.piece_s, &corner_s);

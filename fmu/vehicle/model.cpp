@@ -1,4 +1,4 @@
-// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or one on a given way over the turning Earth. Place and
+// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or on a given path over the turning Earth. Place and
 // course flow: they are the states of Model Exchange, and in Co-Simulation they are carried along a grid of times, so that steps
 // change nothing.
 #include "adapter/library_model.hpp"

@@ -12,7 +12,7 @@ public:
         body_.describe(table);
         describe_options(table);
         const int first = show_value<0>(table, output("wheel.speed", "m/s", "", "Speed along body x, newest sample delivered"));
-        show_sigma<0>(table, output("wheel.sigma", "m/s", "", "Its standard deviation, as told"));
+        show_sigma<0>(table, output("wheel.sigma", "m/s", "", "Its standard deviation, as stated"));
         show_marks(table, "wheel", first);
         show_counts(table);
     }
