@@ -5,7 +5,7 @@ import pytest
 
 from command_line import answered
 from hnav.io.readers import read
-from studies.pictures import hybrid, overview
+from studies.pictures import circle, hybrid, overview
 from studies.pictures.__main__ import main
 
 
@@ -34,3 +34,12 @@ def test_sigma_grows_between_samples_and_falls_at_them(broad_trials):
     at_jump[zoom.after_jump[1:] - 1] = True
     assert (np.diff(sum_of_squares)[at_jump] < 0).all()
     assert (np.diff(sum_of_squares)[~at_jump] > 0).all()
+
+
+def test_the_heading_on_the_circle_is_found():
+    alpha = np.linspace(-np.pi, np.pi, 720, endpoint=False)
+    peaks = [circle.density(alpha, m, S) for m, S in circle.posteriors()]
+    assert np.allclose(peaks[0], 1 / (2 * np.pi))
+    assert all(np.isclose(p.sum() * (alpha[1] - alpha[0]), 1) for p in peaks)
+    assert abs(np.remainder(alpha[peaks[-1].argmax()] - circle.HEADING_RAD + np.pi, 2 * np.pi) - np.pi) < np.radians(20)
+    assert peaks[-1].max() > 2 * peaks[1].max()

@@ -26,6 +26,7 @@ from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, contenders
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import benchmark, summary
 from studies.command import study
+from studies.pictures.circle import draw_circle
 from studies.pictures.hybrid import draw_hybrid
 from studies.pictures.overview import draw_overview
 from studies.pictures.page import draw_page
@@ -64,7 +65,7 @@ FROM_RECORDINGS: dict[str, Callable[[Path], Picture]] = {
     "hybrid": draw_hybrid,
     "bench": draw_bench,
 }
-FROM_SYSTEMS: dict[str, Callable[[], Picture]] = {"report": draw_report, "aircraft": draw_aircraft}
+FROM_SYSTEMS: dict[str, Callable[[], Picture]] = {"report": draw_report, "aircraft": draw_aircraft, "circle": draw_circle}
 NAMES = (*FROM_RECORDINGS, *FROM_SYSTEMS)
 
 
