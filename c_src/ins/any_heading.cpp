@@ -318,7 +318,7 @@ bool Model::position_jumped(State& s, const Event& event) const {
     const double since_s = event.t_s - g.position_s, sigmas = 6 * z[3];
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    const bool fresh = event.t_s - g.velocity_s < 1.1;
+    const bool fresh = is_within(event.t_s - g.velocity_s, 1.1);
     if (fresh && off.head<2>().norm() > sigmas + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s)
         vec(g.jump) += off;
     vec(g.position) = now;

@@ -2,10 +2,10 @@
 
     ./run study convergence [--seeds 200] [--picture FILE]
 
-A body turns to and fro about all axes (studies.robust); gyroscope, force and field are as told, at 50 Hz. The start is off by a given
+A body turns to and fro about all axes (studies.robust); the noise of gyroscope, force and field is as stated, at 50 Hz. The start is off by a given
 heading error, and the filter claims a heading sigma for it. Counted is the time from which the error stays below 3 deg for a second, within
 20 s.
-The AHRS has its own options for the start and its default noise, which is a hand's; the others are told the noise. INS is not in the table:
+The AHRS has its own options for the start and its default noise, which is a hand's; the others have the true noise. INS is not in the table:
 at rest without a magnetometer nothing but the turn of the Earth corrects its heading.
 """
 
@@ -33,7 +33,7 @@ from studies.robust import DIRECTION_NOISE, FIELD_N, GYRO_NOISE, TOLD, WALK, Run
 ERRORS_DEG = (5.0, 20.0, 45.0, 90.0, 135.0, 170.0, 179.0)
 CLAIMS_DEG = (5.0, 30.0, 100.0)
 LIMIT_DEG, HOLD_S, DURATION_S, RATE_HZ = 3.0, 1.0, 20.0, 50.0
-TILT_RAD, BIAS_RAD_S = 0.05, 0.02  # standard deviations of the start, as told
+TILT_RAD, BIAS_RAD_S = 0.05, 0.02  # stated standard deviations of the start
 HREKF: dict[str, dict[str, Any]] = {
     "HEKF": {},
     "HREKF, kl": {"gamma_mode": "kl", "gamma_kl_rate_1_s": 0.75},
@@ -148,7 +148,7 @@ def command(
     workers: Workers = WORKERS,
     picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the medians")] = None,
 ) -> None:
-    """Time to 3 deg over the heading error of the start and the claimed sigma."""
+    """Time to 3 deg over the heading error of the start and the stated sigma."""
     cases = [(name, error, claim) for claim in CLAIMS_DEG for name in FILTERS for error in ERRORS_DEG]
     found = list(in_order(partial(converge, seeds=seeds), cases, workers))
     for claim in CLAIMS_DEG:

@@ -2,7 +2,7 @@
 
     ./run study ins_error_peer
 
-filterpy is told the stacked matrices and adapts nothing; hnav runs likewise, with the HMM and with joint hypotheses. Rounds interleave.
+filterpy has the stacked matrices and no adaptation; hnav runs likewise, with the HMM and with joint hypotheses. Rounds interleave.
 """
 
 from __future__ import annotations

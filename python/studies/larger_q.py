@@ -1,4 +1,4 @@
-"""The row "EKF, larger Q" of every table of the HREKF: an EKF that believes in a bias which walks a hundred times as fast."""
+"""The row "EKF, larger Q" of every table of the HREKF: an EKF with a hundred times the bias walk."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FACTOR = 100.0  # on the walk, 1e4 on Q
 
 
 def larger_q(told: float) -> dict[str, Any]:
-    """Options of the hrekf. told: the bias walk that the others are told, rad/s/sqrt(s)."""
+    """Options of the hrekf. told: the stated bias walk of the others, rad/s/sqrt(s)."""
     return {"gamma_mode": "off", "adaptation": "off", WALK: FACTOR * told}
 
 

@@ -60,7 +60,7 @@ class Motion:
 
 
 def memory_mb() -> float:
-    """Of this process; NaN where the system does not tell."""
+    """Of this process; NaN where the system does not report it."""
     status = Path("/proc/self/status")
     if not status.is_file():
         return float("nan")
@@ -102,7 +102,7 @@ def days_of(filter: Filter, days: float, start_s: float = 1.7e9, seed: int = 1) 
 def is_flat(days: list[Day]) -> bool:
     """Whether no day is worse than the first by more than chance, and memory does not grow.
 
-    The arrays of a period come and go between two looks at the memory; what is kept shows in the least of many days.
+    Arrays of a period are freed between two measurements of the memory; retained memory shows in the minimum over many days.
     """
     third = max(1, len(days) // 3)
     begin, end = (min(day.memory_mb for day in some) for some in (days[:third], days[-third:]))

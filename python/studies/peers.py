@@ -25,7 +25,7 @@ UP = np.array([0.0, 0.0, -1.0])
 
 @dataclass(frozen=True)
 class Told:
-    """What every peer is told."""
+    """Noise and start of every peer."""
 
     gyro_noise: float  # rad/sqrt(s)
     walk: float  # rad/s/sqrt(s)

@@ -11,7 +11,7 @@ Found = TypeVar("Found")
 
 
 def in_order(judge: Callable[[Item], Found], items: Iterable[Item], workers: int, chunk: int = 1) -> Iterator[Found]:
-    """What judge finds of each item, in their order, whatever the number of workers; 1: in this process.
+    """Results of judge for each item, in their order, for any number of workers; 1: in this process.
 
     chunk: items that a worker is given at once.
     """

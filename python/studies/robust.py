@@ -1,9 +1,9 @@
-"""What the robust law and the adaptation of the HREKF are worth: beside an EKF as it was told, and one with a larger Q.
+"""Accuracy of the robust law and the adaptation of the HREKF, beside an EKF with the stated noise and one with a larger Q.
 
     ./run study robust [--seeds 20] [--part scenarios|measurements|start|rates|adaptation]
 
 A body turns to and fro about all axes; gyroscope, force and field have white noise and the gyroscope a bias that walks. A filter
-is told the noise, and in each scenario one thing is other than told: of the gyroscope (scenarios) or of force and field (measurements,
+has the stated noise, and in each scenario one thing differs from it: of the gyroscope (scenarios) or of force and field (measurements,
 beside filters of the literature, studies.peers). Errors are root mean squares of the whole attitude over
 5 to 40 s and all seeds, deg.
 """
@@ -34,7 +34,7 @@ SETTLED_S, END_S, ADAPTED_S = 5.0, 40.0, 120.0
 
 @dataclass(frozen=True)
 class Scenario:
-    """What is other than told."""
+    """Deviation from the stated noise."""
 
     noise_factor: float = 1.0  # of the gyroscope's white noise
     walk: float = WALK
@@ -141,7 +141,7 @@ def estimate(run: Run, settings: Mapping[str, Any], wrong_rad: np.ndarray) -> tu
 
 
 def start_error(seed: int) -> np.ndarray:
-    """3, as the filter is told: .05 rad."""
+    """3, with the stated sigma of .05 rad."""
     error: np.ndarray = 0.05 * np.random.default_rng(10_000 + seed).normal(size=3)
     return error
 
@@ -248,7 +248,7 @@ class Adapted:
 
 
 def adapted(claim: float, seeds: int, rate_hz: float = 50.0) -> Adapted:
-    """claim: the walk that the filter is told, over the true one."""
+    """claim: the stated walk over the true one."""
     walks, squares = [], []
     for seed in range(seeds):
         run = simulate(Scenario(), seed, ADAPTED_S, rate_hz)

@@ -37,7 +37,7 @@ RECORDED = ("*.truth.q[?]", "*.att.q[?]", "*.att.sigma[1]", "*.align.started", "
 
 def squared_errors_deg2(run: Run) -> dict[str, np.ndarray]:
     """Mean squared error of yaw, pitch and roll of each filter over the run, from its first correction on: the attitude
-    that it was told to start from is not its own."""
+    that it was given is not its own."""
     true_q_nb = truth_q_nb(run)
     assert true_q_nb is not None, f"system {run.about['system']} puts out no truth"
     truth = euler_rad(true_q_nb)

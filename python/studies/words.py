@@ -1,6 +1,6 @@
 """Counts words that are riddles in a technical text, by folder: ./run study words.
 
-A filter does not tell, know or believe anything: it measures, estimates, rejects. `./run check` fails when a folder has more of these
+A filter measures, estimates, rejects. `./run check` fails when a folder has more of these
 words than words_allowed.json permits; `--write` lowers the allowances to the present counts and never raises one.
 """
 

@@ -15,7 +15,7 @@ import numpy as np
 from hnav.certify.gain_record import Correction
 from hnav.reference.hrekf import C_bn, product
 
-SMALLEST_SHARE = 1e-9  # of the largest eigenvalue: below, a covariance knows no disturbance in that direction
+SMALLEST_SHARE = 1e-9  # of the largest eigenvalue: below, a covariance contains no disturbance in that direction
 
 
 def energy(e: np.ndarray, covariance: np.ndarray) -> float:

@@ -34,7 +34,7 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def boundary(P: np.ndarray, level: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """(q, b): unit quaternions (count x 4) and bias errors (count x 3) with e'Pe = level, e = (-vec q, b).
 
-    Directions are random on the ellipsoid; the length along each is found by bisection, for q stays on the sphere.
+    Directions are random on the ellipsoid; the length along each is found by bisection, because q stays on the sphere.
     """
     direction = np.linalg.solve(np.linalg.cholesky(P).T, rng.normal(size=(6, count))).T
     direction *= np.sqrt(level / np.einsum("ki,ij,kj->k", direction, P, direction))[:, None]
@@ -68,12 +68,12 @@ def flow(c: Correction, q: np.ndarray, e_b: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def difference_of_measurements(c: Correction, q: np.ndarray) -> np.ndarray:
-    """n x 6: h of the recorded attitude less h of the one that differs from it by q (n x 4)."""
+    """n x 6: h of the recorded attitude minus h of the attitude that differs from it by q (n x 4)."""
     to_body = C_bn(c.q_minus)
     conjugate = q * [1, -1, -1, -1]
     differences = []
     for rows in (slice(0, 3), slice(3, 6)):
-        # Along q itself h grows as 2 h, so the first column of H tells which vector the sensor sees; zero if it is missing.
+        # Along q itself h grows as 2 h, so the first column of H identifies the vector that the sensor measures; zero if it is missing.
         vector_n = to_body.T @ (0.5 * c.H[rows, 0])
         turned = product(product(conjugate, np.broadcast_to([0, *vector_n], q.shape)), q)[:, 1:]
         differences.append((vector_n - turned) @ to_body.T)

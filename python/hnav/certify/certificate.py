@@ -134,7 +134,7 @@ Best = tuple[float, Answer]  # the value, and what Holds answered there
 def largest(
     holds: Holds[Answer], low: float, high: float, probes: int, geometric: bool = True, best: Best[Answer] | None = None
 ) -> Best[Answer] | None:
-    """The largest value for which it answers, by bisection; best if it never does."""
+    """The largest value for which the function is true, by bisection; best if it is never true."""
     for _ in range(probes):
         middle = np.sqrt(low * high) if geometric else 0.5 * (low + high)
         answer = holds(middle)
@@ -213,7 +213,7 @@ def bias_scale(record: GainRecord) -> float:
 
 
 class _Stages:
-    """Tells how far the search is, by the questions that were asked in each stage."""
+    """Reports the progress of the search by the number of programs solved in each stage."""
 
     def __init__(self, progress: Progress):
         self._progress, self._done = progress, dict.fromkeys(PROBES, 0)

@@ -33,7 +33,7 @@ NODES, WEIGHTS = (0.5 * a for a in np.polynomial.legendre.leggauss(24))  # of an
 
 @dataclass(frozen=True)
 class Correction:
-    """From just after one correction to just after the next; errors in navigation axes."""
+    """Error maps from just after one correction to just after the next; errors in navigation axes."""
 
     t_s: float
     interval_s: float
@@ -77,7 +77,7 @@ class GainRecord:
     corrections: list[Correction]
     largest_difference: float  # reference against C, over all rows
     restarts: tuple[float, ...] = ()
-    """Times (s) at which the filter found its attitude anew: no error is carried across."""
+    """Times (s) at which the filter initialised its attitude again: no error is carried across."""
 
     def from_time(self, t_s: float) -> GainRecord:
         """Without what was before t_s."""

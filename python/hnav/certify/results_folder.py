@@ -70,7 +70,7 @@ def _samples(signals: Mapping[str, np.ndarray], end: str) -> np.ndarray | None:
 def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str, str]]:
     """(preset, settings) that the component had in the simulation, from its run.json; preset default where it names none.
 
-    Without its solver: the certificate's reference knows the closed form only. Raises RecordingError, also for a folder
+    Without its solver: the certificate's reference has the closed form only. Raises RecordingError, also for a folder
     without run.json, which hnav simulate writes last.
     """
     path = folder / ABOUT

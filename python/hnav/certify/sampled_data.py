@@ -33,7 +33,7 @@ Inequalities in System and Control Theory, 1994, section 2.6.3). rho = 0 is the 
 X_k = e^{-2 sigma T} P - M'PM. Where sensors are missing at corrections, the first P is that of the place in the window
 before the correction, the second that of the place after it (windows.py), and each place has multipliers of its own.
 
-The solver is never trusted: X_k is computed anew for every correction and its smallest eigenvalue looked at; corrections
+The result of the solver is verified: X_k is computed for every correction and its smallest eigenvalue checked; corrections
 that fail join the constraints (cutting planes).
 """
 

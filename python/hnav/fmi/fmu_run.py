@@ -136,7 +136,7 @@ class _Samples:
 
 
 class _Estimates:
-    """What an FMU puts out just after each of n samples."""
+    """Outputs of an FMU just after each of n samples."""
 
     def __init__(self, fmu: Fmu, n: int):
         names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]

@@ -75,7 +75,7 @@ class Shaped:
 
 
 class Named:
-    """Annotates a field of a Record that the library tells by number and Python by name."""
+    """Annotates a field of a Record that is a number in the library and a name in Python."""
 
     def __init__(self, names: tuple[str, ...]):
         self.names = names
@@ -120,7 +120,7 @@ class Record:
 
     @classmethod
     def read(cls: type[R], struct: Any, **more: Any) -> R:
-        """From a C struct that has these fields, but for those that are given besides."""
+        """From a C struct with these fields, except those given separately."""
         told = {name: reader(getattr(struct, name)) for name, reader in _readers(cls).items() if name not in more}
         return cls(**told, **more)
 

@@ -1,4 +1,4 @@
-"""Writes hnav/native/_hnav.py, the C headers as cffi knows them; runs when the package is built, never when it is used.
+"""Writes hnav/native/_hnav.py, the C headers for cffi; runs when the package is built, never when it is used.
 
 python python/hnav/native/headers.py --compiler cc --include c_src/include --output python/hnav/native/_hnav.py
 """
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cffi import FFI
 
-SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi knows their types by itself
+SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi has their types
 
 
 def declarations(include: Path, compiler: str = "cc") -> str:

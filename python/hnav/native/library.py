@@ -160,7 +160,7 @@ class LibraryObject:
 
 
 class StatefulObject(LibraryObject):
-    """One that goes through samples: it is reset, saved and loaded."""
+    """An object that processes samples: it is reset, saved and loaded."""
 
     def reset(self) -> None:
         """Back to the moment after creation: no samples, no estimate, counters zero."""
@@ -184,7 +184,7 @@ class StatefulObject(LibraryObject):
 
 
 def continued(kind: type[StatefulObject], made_of: tuple[Any, ...], state: bytes) -> StatefulObject:
-    """An object made anew of these arguments, which goes on from a saved state: what copy and pickle call."""
+    """An object created from these arguments that continues from a saved state; called by copy and pickle."""
     made = kind(*made_of)
     made.load(state)
     return made

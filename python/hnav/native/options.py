@@ -1,4 +1,4 @@
-"""Options of the library as Python objects: names, choices, units and ranges are those that the library tells."""
+"""Options of the library as Python objects: names, choices, units and ranges are those of the library."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class OptionInfo:
 
 
 def _flat(value: Any) -> Iterator[Any]:
-    """The numbers of a scalar, of a sequence, of rows of numbers."""
+    """Flat numbers of a scalar, a sequence, or rows of numbers."""
     if isinstance(value, Iterable) and not isinstance(value, str) and getattr(value, "shape", None) != ():
         for item in value:
             yield from _flat(item)
@@ -213,7 +213,7 @@ class OptionSet:
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def __copy__(self) -> Self:
-        """By the struct: by names, as pickle goes, every run of a filter would wait longer for its options than for ten rows."""
+        """Copies the struct: by names, as pickle does, the options of a run would take longer than ten rows."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__ | {"_struct": ffi.new(f"hnav_{self._options}_options *", self._struct[0])})
         return other

@@ -103,7 +103,7 @@ class AhrsReference:
         return np.diag(sigma**2)
 
     def clear_window(self) -> None:
-        """What is gathered between two corrections."""
+        """Sums accumulated between two corrections."""
         self.window_s = self.rate_power = self.gap_rotation = 0.0
         self.G, self.L = np.zeros((3, 3)), np.zeros((3, 9))
         self.force_s = self.force_gap_s = self.velocity_down = self.field_s = 0.0
@@ -176,7 +176,7 @@ class AhrsReference:
         self.rate = rate
 
     def hold_backward(self, t_s: float, rate: Array, gap_too_long: bool) -> None:
-        """The rate of the interval before its sample; what other sensors' events have crossed of it is turned anew."""
+        """The rate of the interval before its sample; parts of it crossed by events of other sensors are turned again."""
         went_on_s, before = self.t_s - self.gyro.last_s, self.turn_rate() + self.coning
         self.hold(t_s, rate)
         if self.started and went_on_s > 0 and not gap_too_long:
@@ -216,7 +216,7 @@ class AhrsReference:
             self.find_heading(field)
 
     def gather_force(self, t_s: float, force: Array) -> None:
-        """A sample may be the mean of its interval, half of it old, or a reading of its instant: the latency tells."""
+        """A sample is the mean of its interval (latency of half of it) or instantaneous: the latency is estimated."""
         since_s, T = t_s - self.accel.last_s, self.accel.interval(t_s)
         turn = self.force_turn * (T / since_s) if since_s > 0 else np.zeros(3)
         self.force_turn = np.zeros(3)
@@ -328,7 +328,7 @@ class AhrsReference:
         self.clear_window()
 
     def learn(self, H: Array, innovation: Array, noise: Array, considered: int = 0) -> None:
-        """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain that is used."""
+        """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used."""
         PHt = self.E @ H.T
         S = H @ PHt + noise
         self.error[considered:] += PHt[considered:] @ np.linalg.solve(S, innovation)
@@ -347,7 +347,7 @@ class AhrsReference:
         self.latency = float(np.clip(self.latency + error[LATENCY], -1, 1))
 
     def note_motion(self) -> None:
-        """What the force says of the motion; of a shock, that the velocity may be another after it."""
+        """Motion noise from the force; after a shock the velocity may have changed."""
         gathered = np.append(self.velocity - self.lasting.before, self.velocity_down)
         if np.linalg.norm(gathered) < 100 * self.force_s:
             self.lasting.note(gathered, float(np.mean(np.diag(self.E)[PHI][:2])), self.force_s)
@@ -399,7 +399,7 @@ class AhrsReference:
         self.learn(np.eye(ERRORS)[BIAS], innovation, density2 / self.window_s * np.eye(3))
 
     def correct_by_heading(self, heading_rad: float, sigma_rad: float) -> None:
-        """An aid tells the heading of body x; one that points up or down has none."""
+        """An aid measures the heading of body x, which is undefined when x points up or down."""
         x = self.R_bn[:, 0]
         across2 = x[0] ** 2 + x[1] ** 2
         if not across2 > 1e-4:
@@ -496,7 +496,7 @@ class AhrsReference:
         self.E[M, M] = sigma**2 * np.eye(2)
 
     def doubt_heading(self, apart_rad: float) -> None:
-        """A field that contradicts a reference of a few seconds may be the true one; that is told, and changes no gain."""
+        """A field that contradicts a reference of a few seconds may be the true one; increases the output variance, and changes no gain."""
         T = self.field_s
         if self.verdict == "accept":
             lasted_s = min(self.contradicted_s, 10.0)
@@ -508,7 +508,7 @@ class AhrsReference:
             self.contradicted_s += T
 
     def confirm_heading(self, azimuth_is_far: bool) -> None:
-        """Whether nothing has spoken against the reference for long enough, thrice as long where it has changed before."""
+        """Whether no field has contradicted the reference for the required time, three times as long after an earlier change."""
         T = self.field_s
         self.azimuth_rejected_s = float(np.clip(self.azimuth_rejected_s + (T if azimuth_is_far else -T), 0, 10))
         self.undisturbed_s = self.undisturbed_s + T if self.verdict == "accept" else max(0.0, self.undisturbed_s - 3 * T)
@@ -547,7 +547,7 @@ class AhrsReference:
         self.E[PHI, PHI] = np.diag([tilt_variance, tilt_variance, heading_variance])
 
     def pass_gap(self, t_s: float) -> None:
-        """The attitude stays: it may be the clock that jumped, not the body that turned."""
+        """The attitude is kept: the clock may have jumped without any rotation of the body."""
         self.E, self.error = self.P.copy(), np.zeros(ERRORS)
         walked = self.o.gyro_bias_walk_rad_s_per_sqrt_s**2 * (t_s - self.gyro.last_s)
         for i in range(18, 21):
@@ -582,7 +582,7 @@ class AhrsReference:
         axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
         self.R_bn = exp(axis * angle) @ self.R_bn
 
-    # ----------------------------------------------------------------------------------------- what is told
+    # ----------------------------------------------------------------------------------------- outputs
 
     @property
     def q_nb(self) -> Array:
@@ -590,7 +590,7 @@ class AhrsReference:
         return quaternion_of(self.R_bn @ exp(self.turn_rate() * self.o.output_latency_s))
 
     def rotation_covariance(self) -> Array:
-        """3 x 3, about the navigation axes, now: with the doubt about the heading and about what a rate stands for."""
+        """3 x 3, about the navigation axes, now: with the added variance of the heading and of the rate's interval."""
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
         covariance[2, 2] += self.all_heading_doubt()
@@ -606,7 +606,7 @@ class AhrsReference:
         return min(ANY_HEADING, doubt)
 
     def tilt_ready(self) -> bool:
-        """A small sigma that was earned from samples."""
+        """A small sigma with as much information from samples."""
         limit2 = self.o.ready_tilt_rad**2
         earned = max(np.diag(self.P)[PHI][:2]) < limit2 and self.information[0] > 1 / limit2
         return bool(earned and not self.lasting.may_accelerate())

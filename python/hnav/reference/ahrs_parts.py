@@ -1,5 +1,5 @@
 """The parts of the AHRS in NumPy that stand by themselves: what a sample stands for, the first attitude, rest, the noise of the
-motion and of the place, and which magnetic field to believe.
+motion and of the place, and the choice of the reference field.
 """
 
 from __future__ import annotations
@@ -262,7 +262,7 @@ class LastingMotion:
 
 
 class MagneticReference:
-    """Which field to believe: a gate on the two intensities, and evidence for and against the reference, in seconds."""
+    """Choice of the reference field: a gate on the two intensities, and evidence for and against the reference, in seconds."""
 
     def __init__(self, options: Options):
         self.o, self.candidate = options, np.zeros(3)
@@ -296,7 +296,7 @@ class MagneticReference:
         return bool(has_passed(self.candidate_evidence_s, needed_s) and away > self.o.mag_gate)
 
     def distrust(self, heading_variance: float) -> float:
-        """Share of the candidate's azimuth by which the heading is held to be wrong when the candidate wins."""
+        """Share of the candidate's azimuth that is attributed to the heading when the candidate becomes the reference."""
         angle = abs(azimuth(self.candidate))
         small = angle <= self.o.turn_sigmas * math.sqrt(heading_variance) or angle <= self.o.turn_min_rad
         return 0.0 if small else 1 - min(1.0, self.heading_trust_s / self.o.trust_s)

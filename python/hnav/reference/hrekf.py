@@ -88,7 +88,7 @@ def C_bn(q: Numbers) -> Numbers:
 
 
 def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
-    """A navigation vector as the body sees it, and its 3 x 4 Jacobian; both exact for any q."""
+    """A navigation vector in body axes, and its 3 x 4 Jacobian; both exact for any q."""
 
     conjugate, m = np.array([1, -1, -1, -1]), np.r_[0, reference_n]
     turned = product(q * conjugate, m)
@@ -165,7 +165,7 @@ def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tupl
 
 @dataclass
 class Direction:
-    """A vector known in the navigation frame, measured in the body."""
+    """A vector with a known direction in the navigation frame, measured in body axes."""
 
     sensor: str
     reference_n: Numbers
@@ -188,7 +188,7 @@ class Gain(NamedTuple):
 SETTLING_S, WINDOW_S = 20.0, 10.0  # of the corrected adaptation
 
 GAP_INTERVALS = 3  # a time without rates longer than so many usual intervals is a gap (c_src/signals/sampling.hpp)
-LONGEST_GAP_S = 1.0  # after a longer one the attitude is found anew
+LONGEST_GAP_S = 1.0  # after a longer one the attitude is initialised again
 CHANGE_MEMORY_S, GAP_TURN_FACTOR = 2.0, 2.5  # of the mean square change of the rate; the share of it that a gap may hide
 MEAN_FORCE_S, FAR_COSINE, GRAVITY_M_S2 = 1.0, 0.76, 9.80665  # a mean force 40 deg off the vertical: the attitude is lost
 
@@ -199,7 +199,7 @@ def is_gap(since_s: float, usual_s: float) -> bool:
 
 
 def usual_interval(since_s: float, usual_s: float) -> float:
-    """The usual time between two samples after one that came since_s after the last (NaN: it is the first)."""
+    """The usual time between two samples, updated by the interval since_s (NaN: first sample)."""
     if not since_s > 0:
         return usual_s
     if not usual_s > 0:
@@ -237,7 +237,7 @@ class ReferenceFilter:
         self.gain: Gain | None = None  # of the last correction
 
     def forget_attitude(self) -> None:
-        """Attitude and magnetic reference are found from the next samples; the bias and its covariance stay."""
+        """Initialises attitude and magnetic reference from the next samples; the bias and its covariance are kept."""
         o = self.options
         self.started = False
         self.first = AgreeingSamples(o.start_samples)
@@ -332,7 +332,7 @@ class ReferenceFilter:
         self.rate = rate
 
     def pass_gap(self, t_s: float, rate: Numbers | None, force: Numbers | None) -> None:
-        """What the gap that ends here may have hidden: a turn, which is admitted, or any turn, after which the attitude is found anew."""
+        """The possible turn during the gap that ends here: its variance, or after a long gap a new initialisation of the attitude."""
         gap_s = t_s - self.last.get("gyro", np.nan)
         gap = is_gap(gap_s, self.spacing_s)
         if (gap and gap_s > LONGEST_GAP_S) or self.force_is_far(t_s, force):

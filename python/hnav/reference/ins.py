@@ -62,7 +62,7 @@ class Consistency:
         self.last: tuple[Array, float] | None = None
 
     def note(self, r: Array, variance: Array, t_s: float) -> None:
-        """An innovation that lies within its gate, after others that do."""
+        """Updates the consistency with an innovation within its gate."""
         if self.last is not None:
             before, before_s = self.last
             change2 = min(0.5 * float(np.mean((r - before) ** 2 / variance)), self.LARGEST)
@@ -80,7 +80,7 @@ class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
-    """Of the satellites, each axis, where nothing else is told."""
+    """Of GNSS, each axis, unless stated otherwise."""
 
     def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array):
         """At the first fix: place is latitude and longitude in rad, and height."""
@@ -144,7 +144,7 @@ class InsReference:
     # ----------------------------------------------------------------------------------------- between events
 
     def turn_rate(self) -> Array:
-        """Without bias and error of scale."""
+        """The rate without bias and scale error."""
         return (self.rate - self.gyro_bias) * (1 - self.gyro_scale)
 
     def flow(self, T: float) -> Array:
@@ -162,7 +162,7 @@ class InsReference:
         return half
 
     def gather(self, T: float, R: Array) -> None:
-        """The interval that has been crossed, at its middle."""
+        """Accumulates the last interval, at its middle."""
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
@@ -359,7 +359,7 @@ class InsReference:
         self.P[DIRECTION, DIRECTION] = self.o.field_direction_rad**2
 
     def remembers_field(self, field_b: Array) -> bool:
-        """In axes that the gyroscopes hold the field has not changed by itself, since the mean over the last while."""
+        """Whether the field, in axes held by the gyroscopes, agrees with the mean of the recent fields."""
         o, R, measured = self.o, self.R, self.R @ (self.field_unit * field_b)
         since_s, refused = self.t_s - self.memory_s, np.isfinite(self.refused_s)
         if np.isnan(since_s) or (not refused and has_passed(since_s, o.field_colour_s)):
@@ -413,7 +413,7 @@ class InsReference:
         self.use(H, north + iron[:2] - self.strength * measured[:2], noise * slow)
 
     def use(self, H: Array, r: Array, variance: float | Array, fit: Consistency | None = None) -> None:
-        """One measurement; variance: of each value, or of all; fit: of the satellites' aid, which learns its noise."""
+        """One measurement; variance: of each value, or of all; fit: consistency of the GNSS channel, which estimates its noise."""
         S = H @ self.P @ H.T + (fit.noise if fit else 1.0) * np.diag(np.broadcast_to(variance, len(r)))
         K = np.linalg.solve(S, H @ self.P).T
         error = K @ r

@@ -286,7 +286,7 @@ class ReferenceInsError:
     # ------------------------------------------------------------------------------------- outputs
 
     def outputs(self) -> InsErrorRun:
-        """What is shown now: one row of a run."""
+        """The present outputs: one row of a run."""
         nx, H = self.m.nx, self.m.H
         x, P = self.shown
         lam = x[nx:] if self.augmented else self.z_shown - H @ x[:nx]

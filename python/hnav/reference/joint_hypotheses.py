@@ -11,7 +11,7 @@ from scipy.stats import norm
 from hnav.filters.ins_error import InsErrorOptions
 from hnav.native.arrays import Array
 
-# Hypotheses about the process, with factors on Q and Ql; the first is as told.
+# Hypotheses about the process, with factors on Q and Ql; the first is the stated process.
 MOTION = np.array([1.0, 10.0, 1.0])
 COLOUR = np.array([1.0, 2.0, 20.0])
 PROCESS_DRIFT, NOISE_DRIFT = 5e-4, 0.01
@@ -131,7 +131,7 @@ class JointHypotheses:
             self.noise[i] = self.belief[i, 1:-1].sum()
 
     def _merge(self, evidence: Array) -> Array:
-        """Beliefs in the processes that were swept and, last, in common noise, which begins under the process as told."""
+        """Probabilities of the processes that were swept and, last, of common noise, which begins under the stated process."""
         count = len(evidence) - 1
         prior = np.append(self.process_belief[:count], self.process_belief[0] * self.o.joint_common_probability)
         prior[0] *= 1 - self.o.joint_common_probability

@@ -125,7 +125,7 @@ def error_panel(run: Run) -> go.Figure:
                 column,
             )
             figure.add_trace(line(run.t_s, error, colour, estimate.name, axis == 0), axis + 1, column)
-            # The first row may stand anywhere: a start that knows no heading is wrong by up to half a turn.
+            # The first row may have any error: a start without a heading is wrong by up to half a turn.
             if np.isfinite(error).any():
                 widest = max(widest, np.nanquantile(np.abs(error), SHOWN_SHARE))
             narrowest = min(narrowest, 3 * np.nanmin(sigma, initial=np.inf))

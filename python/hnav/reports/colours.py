@@ -1,5 +1,5 @@
 """The colours of pictures and pages: those of Okabe and Ito (Color Universal Design, 2008), which people with any kind of colour
-vision can tell apart. What a colour says is said by label or line style as well."""
+vision can distinguish. Labels or line styles repeat the meaning of each colour."""
 
 BLUE, VERMILION, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "#CC79A7"
 SKY, INK, FAINT = "#56B4E9", "#222222", "#8A8A8A"

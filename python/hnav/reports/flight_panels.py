@@ -61,9 +61,9 @@ def innovations_panel(run: Run) -> go.Figure:
     return _rows(flight, [track.filter for track in flight[0].tracks], draw_row)
 
 
-@panel("flight-faults", "Noise scale and fault probabilities", "What each filter takes for the factor on the variance of the white noise, and how sure it is "
-       "that the noise has a fault, that the coloured error has jumped, and, dashed and equal for all states, that the process is "
-       "livelier than told. Shaded: the truth.", is_flight)  # fmt: skip
+@panel("flight-faults", "Noise scale and fault probabilities", "Factor on the variance of the white noise in each filter, and the probabilities "
+       "of a noise fault, of a jump of the coloured error, and, dashed and equal for all states, of increased process noise. "
+       "Shaded: the truth.", is_flight)  # fmt: skip
 def faults_panel(run: Run) -> go.Figure:
     def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         for track in channel.tracks:

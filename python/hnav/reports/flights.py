@@ -2,7 +2,7 @@
 
     for channel in channels(read_run(DIR)): ...
 
-A flight is a run of `hnav simulate` with components that tell truth.NAME and fault.NAME of each state (AircraftIns*), and
+A flight is a run of `hnav simulate` with components with outputs truth.NAME and fault.NAME of each state (AircraftIns*), and
 components that estimate the same states (InsErrorFilter*).
 """
 
@@ -27,13 +27,13 @@ WORDS = {
     "u": "forward velocity", "w": "downward velocity", "q": "pitch rate", "theta": "pitch",
     "v": "side velocity", "p": "roll rate", "r": "yaw rate", "phi": "roll", "psi": "yaw", "beta": "sideslip",
 }  # fmt: skip
-# The mean of the error of a stretch is not told by fewer samples.
+# Fewer samples do not determine the mean error of a stretch.
 FEWEST = 10
 
 
 @dataclass(frozen=True)
 class Track:
-    """What a filter says of a state, at the times of the samples that it is about; arrays of n, in the channel's unit."""
+    """Estimates of a state at the times of their samples; arrays of n, in the channel's unit."""
 
     filter: str
     t_s: np.ndarray
@@ -43,7 +43,7 @@ class Track:
     innovation: np.ndarray
     noise_scale: np.ndarray
     fault_probability: np.ndarray
-    bias_fault_probability: np.ndarray  # zeros in runs that do not tell, as of older FMUs
+    bias_fault_probability: np.ndarray  # zeros in runs without this output, as of older FMUs
     process_fault_probability: np.ndarray  # likewise
 
 
@@ -106,7 +106,7 @@ def _channel(run: Run, aircraft: str, name: str, filters: list[str]) -> Channel:
 
 
 def _track(run: Run, component: str, aircraft: str, name: str, factor: float, truth: np.ndarray) -> Track:
-    # Some forms answer one sample late, and a communication point may bring no sample: post.t tells what a row is about.
+    # Some forms estimate one sample late, and a communication point may have no sample: post.t is the time of a row's estimate.
     t_s = run[f"{component}.post.t"]
     rows = np.flatnonzero(np.diff(t_s, prepend=-np.inf) > 0)
 

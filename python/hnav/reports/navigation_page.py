@@ -24,7 +24,7 @@ def write_navigation_report(
     """Writes one HTML page that needs no network, and returns the names of its panels. Needs Plotly. Raises HnavError if it cannot
     be written.
 
-    recording: what the run was made of; the page then shows its satellites too. doubts: what stands at the head.
+    recording: the input of the run; the page then shows its GNSS too. doubts: warnings at the head of the page.
     """
     seen: Any = view(run, recording)
     panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]

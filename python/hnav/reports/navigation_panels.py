@@ -209,7 +209,7 @@ def spans_of(t_s: Array, flags: BoolArray) -> list[tuple[float, float]]:
 
 
 def _bars(figure: go.Figure, row: str, text: str, colour: str, spans: Sequence[tuple[float, float]]) -> None:
-    """A row without spans is there too: what never was is told as well."""
+    """A row without spans is shown too."""
     begins, ends = np.array(spans or [(0.0, 0.0)]).T
     figure.add_trace(go.Bar(
         base=begins, x=ends - begins, y=[row] * len(begins), orientation="h", marker=dict(color=colour, line=dict(width=0)),

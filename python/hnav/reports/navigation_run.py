@@ -100,7 +100,7 @@ def errors_panel(run: Run) -> go.Figure:
 
 
 def _limits(filters: list[Navigator]) -> Array:
-    """4: what an axis shows on either side: the errors once the heading is ready, with room for their bands."""
+    """4: half range of an axis: the errors once the heading is ready, with their bands."""
     off = [np.column_stack([seen.off_m, np.degrees(seen.heading_off_rad)]) for seen in filters]
     sigma = [np.column_stack([seen.sigma_m, np.degrees(seen.heading_sigma_rad)]) for seen in filters]
     largest = [

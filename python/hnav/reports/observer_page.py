@@ -58,7 +58,7 @@ def report_observer(run: ObserverRun, file: str | Path, samples: str = "", found
 
 
 def view(run: ObserverRun, found: list[Finding]) -> View:
-    """The run as the panels want it."""
+    """The run in the form of the panels."""
     plan = run.plan
     fmu = plan.plant if isinstance(plan.plant, ModelDescription) else None
     variables = {name: name for name in run.x} | {name: sensor.of for name, sensor in plan.sensors.items()}
@@ -179,7 +179,7 @@ def _sensors(seen: View) -> str:
         used = nis[np.isfinite(nis)]
         mean = f"{used.mean():.2f}" if len(used) else "–"
         rows.append([name, f"{seen.sensors[name]:.3g}", seen.units.get(name, ""), str(len(used)), mean])
-    return table(["sensor", "sigma as told", "unit", "samples", "mean NIS"], rows)
+    return table(["sensor", "stated sigma", "unit", "samples", "mean NIS"], rows)
 
 
 def _proof(seen: View) -> str:
@@ -187,7 +187,7 @@ def _proof(seen: View) -> str:
         [name.replace("_", " "), "right" if block.exact else "wrong: differences are used", f"{block.told:.6g}", f"{block.measured:.6g}"]
         for name, block in seen.run.proof.items()
     ]  # fmt: skip
-    return table(["derivatives", "", "worst element, told", "by differences"], rows)
+    return table(["derivatives", "", "worst element, by the plant", "by differences"], rows)
 
 
 def _has_rows(seen: View) -> bool:
@@ -199,14 +199,14 @@ PANELS = (
     _panel("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
     _panel("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
     _panel("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
-           "innovations larger than told: the bands of time in the figures.", _findings, lambda seen: bool(seen.found)),
+           "innovations larger than stated: the bands of time in the figures.", _findings, lambda seen: bool(seen.found)),
     _panel("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
            "figures.", _events, lambda seen: bool((seen.run.plant_events > 0).any() or (seen.run.parts > 1).any())),
     _panel("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
            _has_rows),
-    _panel("nis", "Normalised innovations", "1 where noises are as told. Above the band: more noise than told, or a wrong model; below: "
+    _panel("nis", "Normalised innovations", "1 where the noises are as stated. Above the band: more noise than stated, or a wrong model; below: "
            "less.", _nis, _has_rows),
-    _panel("sensors", "Sensors", "What they were told to be, and what their innovations say.", _sensors),
+    _panel("sensors", "Sensors", "Their stated noise, and their innovations.", _sensors),
     _panel("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
            lambda seen: bool(seen.run.proof)),
 )  # fmt: skip

@@ -45,7 +45,7 @@ PANELS: tuple[Panel, ...] = (
 )
 STYLE, SCRIPT = "page.css", "page.js"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
-# Colours that page.js knows another of for dark screens. The legend has the bottom for itself, the toolbar the top.
+# Colours with a counterpart for dark screens in page.js. The legend is at the bottom, the toolbar at the top.
 LAYOUT = dict(
     template="none", font=dict(family=FONT, size=12, color="#333333"), margin=dict(l=64, r=18, t=36, b=44), paper_bgcolor="rgba(0,0,0,0)",
     plot_bgcolor="rgba(0,0,0,0)", modebar=dict(bgcolor="rgba(255,255,255,0.9)", color="#B8B8B8", activecolor="#0072B2"),
@@ -126,7 +126,7 @@ def parameters(run: Run) -> str:
 
 
 def summary(run: Run) -> str:
-    """A row for each filter, lines for one that navigates; "" without filters."""
+    """A row for each filter, lines for an INS; "" without filters."""
     filters = estimates(run)
     if not filters:
         rows = summary_rows(run)

@@ -1,6 +1,6 @@
 """What panels of the report are made of, drawn by Plotly: lines, dots, bands and axes that share time.
 
-Colours as in hnav.reports.colours: truth in ink, the filters in colours that people with any kind of colour vision can tell
+Colours as in hnav.reports.colours: truth in ink, the filters in colours that people with any kind of colour vision can distinguish
 apart, named in every legend as well.
 """
 
@@ -40,7 +40,7 @@ class Panel:
 
 
 def no_lines(run: Run) -> Sequence[str]:
-    """Of a panel whose figure says all."""
+    """Of a panel with a figure only."""
     return ()
 
 

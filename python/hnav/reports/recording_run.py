@@ -41,7 +41,7 @@ class RecordingRun:
 
     @property
     def reference_q_nb(self) -> np.ndarray | None:
-        """The attitude by another system in the axes of the result; None without one."""
+        """The reference attitude in the axes of the result; None without one."""
         q_enu = self.recording.reference_q_nb
         if q_enu is None or not self.reference:
             return None

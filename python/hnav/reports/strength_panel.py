@@ -14,7 +14,7 @@ MICROTESLA = 1e6
 
 
 def _strength_and_dip(run: Run) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, strength in microtesla and dip in deg of the samples that have an attitude."""
+    """Times, strength in microtesla and dip in deg of the samples with an attitude."""
     field = run.vector(SENSOR, FIELD_N, 3)
     known = np.isfinite(field).all(axis=1)
     north, east, down = field[known].T

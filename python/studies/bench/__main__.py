@@ -153,7 +153,7 @@ def honesty_table(lines: Sequence[Line]) -> Table:
 
 
 def _cells(line: Line, group: Sequence[Line]) -> list[str]:
-    """The figures of a line, those in bold that nobody in the group is better than."""
+    """The figures of a line, with the best of the group in bold."""
     cells = []
     for name in (*ERRORS, "nees_per_axis", "us_per_sample"):
         value = getattr(line, name)

@@ -32,7 +32,7 @@ class Estimate:
     q_nb: np.ndarray  # n x 4, body to east-north-up
     sigma_rad: np.ndarray | None  # n x 3, if it states any
     us_per_sample: float | None  # if this very run may serve as a timing
-    ready: np.ndarray | None = None  # n x 2, bool: tilt and heading, if it tells
+    ready: np.ndarray | None = None  # n x 2, bool: tilt and heading, if it has such flags
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def own_contender(name: str) -> Contender:
     if filter not in FILTERS:
         raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
     settings = {"navigation_frame": "enu"} | others | parse_settings(pairs)
-    Options(filter, **settings)  # an impossible setting is told before the first run
+    Options(filter, **settings)  # an invalid setting is refused before the first run
 
     def estimate(recording: Recording, rate_hz: float) -> Estimate:
         result = run_recording(recording, filter, settings=settings, smooth=smooth)

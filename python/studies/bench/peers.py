@@ -29,7 +29,7 @@ from hnav.io.recordings import Recording
 from hnav.rotations import quaternion_product
 
 STANDARD_GRAVITY_M_S2 = 9.80665
-# Stamps that lie farther than this share of an interval from the sensor's grid tell nothing about lost rows.
+# Stamps farther than this share of an interval from the sensor's grid do not determine lost rows.
 STAMP_TOLERANCE = 0.2
 # Peers count x as north where hnav's east-north-up has y: a quarter turn about up.
 QUARTER_TURN = np.array([np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
@@ -201,7 +201,7 @@ def run_peer(name: str, recording: Recording, rate_hz: float | None = None) -> t
 
 
 def _rows_at_fixed_rate(t_s: np.ndarray, rate_hz: float) -> np.ndarray:
-    """The place of each row when lost ones are counted; none is found lost where the stamps are too irregular to tell."""
+    """The place of each row when lost ones are counted; none counts as lost where the stamps are too irregular."""
     intervals = np.diff(t_s) * rate_hz
     whole = np.maximum(np.round(intervals), 1)
     if np.abs(intervals - whole).max(initial=0.0) > STAMP_TOLERANCE:

@@ -13,12 +13,12 @@ from studies.bench.rows import Line
 
 GREY, DARK_GREY, LIGHT_BLUE = "#C9CDD2", "#8E959D", "#8FC3E3"
 OUT_OF_SCALE = 4.0  # times the median of all bars
-GAP = 0.55  # of a row, between those that see the future and the others
+GAP = 0.55  # of a row, between those that use later samples and the others
 
 
 def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: bool = True) -> plots.Figure:
     """One row a filter, best first: mean total error in deg, undisturbed and disturbed trials apart, beside the time per
-    sample in microseconds on a logarithmic axis. hnav's filters in blue, others' in grey; those that see the future
+    sample in microseconds on a logarithmic axis. hnav's filters in blue, others' in grey; those that use later samples
     are set apart by a line, times that are mostly Python's have hollow points. times=False leaves the times out."""
     ours = {contender.name for contender in entered if contender.ours}
     looped = {contender.name for contender in entered if contender.looped}
@@ -48,7 +48,7 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: b
 
 
 def _ranked(lines: Sequence[Line], entered: Sequence[Contender], offline: bool) -> list[Line]:
-    """The lines of those that see the future, or do not, best first."""
+    """The lines of those that use later samples, or do not, best first."""
     names = {contender.name for contender in entered if contender.offline is offline}
     return sorted((line for line in lines if line.filter in names), key=lambda line: line.total_deg)
 
@@ -81,7 +81,7 @@ def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, our
                 )
             elif not np.isnan(value):
                 axes.text(value + 0.012 * end, y, f"{value:.2f}", va="center", fontsize=8, color="#444444")
-    # The legend takes grey: what it tells apart is light and dark, not ours and theirs.
+    # The legend is grey: it distinguishes light and dark, not the filters.
     axes.barh([0], [0], color=GREY, label="undisturbed field")
     axes.barh([0], [0], color=DARK_GREY, label="disturbed field")
     axes.set_xlim(0, 1.11 * end)

@@ -96,7 +96,7 @@ def jittered(recording: Recording, rng: np.random.Generator, jitter_s: float = J
 def late_field(recording: Recording, delay_s: float = FIELD_DELAY_S) -> Recording:
     """Each field arrives with the first row that is delay_s or more after its own; field_t_s keeps the truth.
 
-    A filter that knows no time stamps takes the field for one of the row's instant.
+    A filter without time stamps treats the field as one of the row's instant.
     """
     # Of the fields that have arrived by the instant of a row the newest is delivered; a hair more than the delay keeps
     # rounding from costing a row.
@@ -107,7 +107,7 @@ def late_field(recording: Recording, delay_s: float = FIELD_DELAY_S) -> Recordin
 
 
 def with_bursts(recording: Recording, rng: np.random.Generator) -> Recording:
-    """Rate, force and field each with bursts of NaN of their own, as a Poisson process; the first second stays whole."""
+    """Rate, force and field with independent bursts of NaN, as a Poisson process; the first second has none."""
     begin_s, end_s = recording.t_s[0] + 1.0, recording.t_s[-1]
     samples = {}
     for name in ("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"):

@@ -35,7 +35,7 @@ SHOWN = 6  # columns of one scenario that are printed
 
 
 class Side:
-    """A worker process of one side and the files that it leaves; one that dies is started again behind what killed it."""
+    """A worker process of one side and its files; a worker that crashes is started again after the scenario concerned."""
 
     def __init__(self, folder: Path, checkout: Path, inputs: Path, scenarios: list[Scenario]):
         self._folder, self._checkout, self._inputs, self._left = folder, checkout, inputs, list(scenarios)

@@ -21,7 +21,7 @@ SENSORS = [
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 RATE_HZ = 100
 CUT_S = 60.0
-# As vehicle() has them: the gyrocompass is told its place.
+# As vehicle() has them: the gyrocompass has a given position.
 STARTS_S = {"car": 120.0, "aircraft": 90.0, "ship": 120.0, "polar": 200.0}
 
 

@@ -2,7 +2,7 @@
 
     python worker.py CHECKOUT INPUTS OUTPUTS SCENARIOS
 
-It knows the words of the command line, and FMUs by fmpy; of hnav's Python and C interfaces it knows nothing. SCENARIOS: a JSON file.
+It uses the command line, and FMUs by fmpy, but not hnav's Python and C interfaces. SCENARIOS: a JSON file.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ from studies.faults.first_samples import SENSORS, first_samples, verdict
 from studies.faults.recordings import FAULTS
 
 PARTS = ("starts", "events", "recordings")
-SHOWN_SHARE = 0.01  # what a sensor was for less of the time is not told
+SHOWN_SHARE = 0.01  # states of a sensor for less of the time are omitted
 
 
 def command(

@@ -40,7 +40,7 @@ def options_of(filter: str, settings: Mapping[str, str]) -> Options:
 
 @dataclass(frozen=True)
 class Recovery:
-    """How one seed of an event went; times in s, infinite for never."""
+    """Outcome of one seed of an event; times in s, infinite for never."""
 
     seed: int
     settled_s: float  # from the event's end until the error stays within SETTLED_DEG

@@ -6,7 +6,7 @@
     ./run study ins --faults --starts 50 [--kinds car,aircraft]
     ./run study ins --smooth --starts 100 [--kinds car,aircraft,ship] [--grade industrial]
 
-Every start has a random place, heading, motion, sensors and satellites, whose stamps are late by up to 0.1 s that nobody tells and of
+Every start has a random place, heading, motion, sensors and satellites, whose stamps have an unknown latency of up to 0.1 s and of
 whose fixes one of a hundred lies far off. A start is false when, at the first instant of heading_ready, the error of the
 heading exceeds both 3 sigma and 5 deg. straight and take_off
 stand or gain speed straight ahead when they are switched on, quadrotor hovers and vibrates, walker is a telephone with fixes once a second.
@@ -14,13 +14,13 @@ stand or gain speed straight ahead when they are switched on, quadrotor hovers a
 With --conditions compass,first_fixes,wheels: starts with a compass that is 170 deg off, with first positions that are 300 m off for two
 seconds, of cars with the speed of their wheels.
 
-With --magnetometer: each kind once more with one that nobody has calibrated, and whose declination nobody tells: hard iron of up to one and a
+With --magnetometer: each kind once more with an uncalibrated one and an unknown declination: hard iron of up to one and a
 half times the horizontal field, soft iron, steel beside the way, for one start in four half a minute in a false field.
 
-With --gyrocompass: bodies that stand and are told where, and nothing else: on a base that sways by millimetres (rest) or by a centimetre
-(swaying, which their filters are told), that vibrates as beside an engine, and ten degrees from the pole (polar).
+With --gyrocompass: bodies at rest with a given position and no aids: on a base that sways by millimetres (rest) or by a centimetre
+(swaying, an option of their filters), that vibrates as beside an engine, and ten degrees from the pole (polar).
 
-With --faults: cars and aircraft that navigate meet one fault each, and what becomes of it is told: whether it was gated or a flag of
+With --faults: cars and aircraft that navigate meet one fault each, with its outcome: whether it was gated or a flag of
 readiness fell, how often the errors stayed within 3 sigma from its begin to a minute after its end, how large they became.
 
 With --smooth: what hindsight brings, in starts with half a minute without satellites from 90 s on. z2 is the mean of the squared

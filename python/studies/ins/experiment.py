@@ -26,15 +26,15 @@ DURATIONS_S = {
 }  # fmt: skip
 KINDS = tuple(DURATIONS_S)
 REST_NOISE_M_S = 0.01
-"""What a filter is told of the velocity at rest, ten times a second; four times that on a base that sways by four times as much."""
+"""Stated sigma of the velocity at rest, ten times a second; four times that on a base that sways by four times as much."""
 EARLY_S = 5.0
 """After the tilt is found."""
-EVERY = 10  # rows of the filter for one that is judged
+EVERY = 10  # rows of the filter per scored row
 
 
 @dataclass(frozen=True)
 class Start:
-    """A start and what became of it; angles in rad, NaN where the heading was never ready."""
+    """A start and its outcome; angles in rad, NaN where the heading was never ready."""
 
     kind: str
     seed: int

@@ -1,4 +1,4 @@
-"""Faults while the filter navigates: are they gated or told, and how soon are they over?"""
+"""Faults while the filter navigates: are they gated or flagged, and when do they end?"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The recorded flight: starts in the air, judged by the aeroplane's own filter."""
+"""The recorded flight: starts in the air, compared with the aeroplane's own filter."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Flight:
         self.onboard["t_s"] -= self.late_s
 
     def reference_late_s(self) -> float:
-        """By how many of its samples the reference is stamped later than the gyroscopes: its turns tell, whatever its heading is."""
+        """Latency of the reference behind the gyroscopes in samples, from its rotation, for any heading."""
         t, interval_s = self.onboard["t_s"], float(np.median(np.diff(self.log["t_s"])))
         flies = np.flatnonzero((t > TAKE_OFF_S) & (t < LANDING_S))
         angles = np.stack([self.onboard[name] for name in ("heading", "pitch", "roll")], 1)

@@ -1,4 +1,4 @@
-"""Recorded hands: BROAD trials that move about, with optical positions as satellites or cameras would tell them."""
+"""Recorded hands: BROAD trials that move about, with optical positions as of GNSS or cameras."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LENGTH_S, APART_S, FIRST_S = 60.0, 20.0, 5.0
 LAST_S = 10.0
 """The filter is judged over the last ones of its minute."""
 PLACE = np.array([0.8, 0.2, 400.0])
-"""Latitude, longitude and height of the room: the trials do not tell it, and at this grade it does not matter."""
+"""Latitude, longitude and height of the room, chosen: the trials have none, and at this grade it does not matter."""
 FIELD_STEP = 6
 """Samples of the inertial sensor for one of the magnetometer."""
 NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
@@ -31,7 +31,7 @@ NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 
 @dataclass(frozen=True)
 class Fixes:
-    """What is told of the optical positions: white noise of each axis."""
+    """Added to the optical positions: white noise of each axis."""
 
     text: str
     rate_hz: float

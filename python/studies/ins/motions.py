@@ -20,7 +20,7 @@ from hnav.native.arrays import Array
 
 RATE_HZ = 100
 AT_REST = ("rest", "swaying", "vibrating", "polar")
-"""Kinds that stand where they are told; the last one at 80 degrees of latitude, the others at 45."""
+"""Kinds at rest at a given position; the last one at 80 degrees of latitude, the others at 45."""
 WARM_S = 20.0
 """The filter is switched on after so long, mostly in motion."""
 

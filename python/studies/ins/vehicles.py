@@ -39,7 +39,7 @@ RECEIVERS = {"walker": Receiver(1, 3.0, 2.0, 0.2, 0.1)}
 
 
 def receiver(kind: str) -> Receiver:
-    """Of a vehicle of this kind. What its slow error is, its filter is told, as users tell it by position_colour_m."""
+    """Of a vehicle of this kind. The filter has the size of its slow error, as position_colour_m."""
     return RECEIVERS.get(kind, Receiver())
 
 
@@ -155,7 +155,7 @@ def _mean_turn(turn: Array) -> Array:
 
 
 def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) -> tuple[Array, Array]:
-    """With the errors of scale and axes, the white noise, the bias at the start and its walk that the preset tells."""
+    """With the errors of scale and axes, the white noise, the start bias and its walk of the preset."""
 
     def noise(white: float, start: float, walk: float) -> Array:
         n = len(rate)
@@ -173,7 +173,7 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) ->
 
 
 def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver) -> Aids:
-    """Fixes with white and slow errors, some that lie far off, and a latency that nobody tells."""
+    """Fixes with white and slow errors, outliers, and an unknown latency."""
     rows = np.arange(begin + 1, len(truth.t_s), RATE_HZ // of.rate_hz)
     n, latency_s = len(rows), rng.uniform(0, 0.1)
     slow = _fading(rng, n, of.colour_m, 60 * of.rate_hz)
@@ -192,7 +192,7 @@ def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver)
 
 
 def fixes(valid_s: Array, sensor: np.ndarray, value: Array, received_s: Array | None = None) -> Aids:
-    """The velocities and positions among what Aids.arrays tells, as aids again; received_s: None for at once."""
+    """The velocities and positions of Aids.arrays, as aids again; received_s: None for at once."""
     received_s = valid_s if received_s is None else received_s
     velocity, position = (sensor == SENSORS.index(kind) for kind in ("velocity", "position"))
     aids = Aids().velocity(valid_s[velocity], value[velocity, :3], value[velocity, 3:], received_s[velocity])
@@ -201,8 +201,8 @@ def fixes(valid_s: Array, sensor: np.ndarray, value: Array, received_s: Array | 
 
 
 def fields(rng: np.random.Generator, truth: Truth) -> tuple[Array, Array]:
-    """Times (m) and fields (m x 3) of a magnetometer that nobody has calibrated, ten a second: hard iron of up to one and a half times the
-    horizontal field, soft iron, a declination that nobody tells, steel beside the way; for one in four a false field of the same size as the
+    """Times (m) and fields (m x 3) of an uncalibrated magnetometer, ten a second: hard iron of up to one and a half times the
+    horizontal field, soft iron, an unknown declination, steel beside the path; for one in four a false field of the same size as the
     true one for half a minute."""
     rows = np.arange(1, len(truth.t_s), RATE_HZ // 10)
     n, dip = len(rows), rng.uniform(0.9, 1.25)

@@ -1,4 +1,4 @@
-"""Cars without satellites for a while, with the speed of their wheels: measured at the sensor and in time, or as in a car that nobody has
+"""Cars without satellites for a while, with the speed of their wheels: measured at the sensor and in time, or as in a car that has not been
 measured."""
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Car:
 
     text: str
     axle_b_m: tuple[float, float, float]
-    """Of the rear axle, from the sensor; the filter is not told."""
+    """Of the rear axle, from the sensor; unknown to the filter."""
     late_s: float
     askew_rad: float
     """Standard deviation of yaw, pitch and roll of the sensor in the car."""

@@ -2,6 +2,6 @@
 
     ./run study ins_error_faults [--runs 120] [--seed 1] [--only CASE]
 
-All filters see the same flights of the F-4C and have the same augmented model, as its file tells it; the truth differs from
-that in one thing a case, from 8 to 15 s unless said otherwise. The oracle is told the noise of each channel and nothing else.
+All filters see the same flights of the F-4C and have the same augmented model, that of its file; the truth differs from
+that in one thing a case, from 8 to 15 s unless stated otherwise. The oracle has the true noise of each channel and nothing else.
 """

@@ -39,7 +39,7 @@ class Score:
     nees: float  # NEES/n from 8 to 15 s
     noise_alarms: float  # share of samples of healthy channels whose noise is called faulty
     bias_alarms: float  # share of samples of channels without a jump whose error is said to have jumped
-    process_alarms: float  # share of samples whose process is called livelier than told
+    process_alarms: float  # share of samples classified as increased process noise
 
 
 def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Score:

@@ -1,11 +1,11 @@
-"""What the literature does about noise that is not as told, on the augmented model, all flights at once.
+"""Methods of the literature for noise that differs from the stated one, on the augmented model, all flights at once.
 
     IAE           covariance matching over the last innovations                  Mohamed and Schwarz, J. Geodesy 73, 1999
     Sage-Husa     the same with fading memory                                    Sage and Husa, JACC 1969
     VB            the noise is inverse gamma, found with the state               Huang et al., IEEE Trans. AC 63(2), 2018
     IMM           a filter for each hypothesis, mixed before each step           Blom and Bar-Shalom, IEEE Trans. AC 33(8), 1988
 
-None of them makes the noise smaller than told, but the IMM's hypotheses, which know their levels.
+None of them reduces the noise below the stated one, except the IMM, whose hypotheses have fixed levels.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def augmented(m: LinearModel) -> Augmented:
 
 
 def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
-    """The augmented Kalman filter that is told the noise of every step: the best any adaptation could do. Its gains do
+    """The augmented Kalman filter with the true noise of every step, a bound for any adaptation. Its gains do
     not depend on the data, so all runs go at once."""
     m = aircraft.model().discrete()
     n, B = m.nx, m.matrix("B")
@@ -190,7 +190,7 @@ def scaled(plane: Aircraft, factors: Sequence[Sequence[float] | np.ndarray], int
 
 
 def rmse_ratio(one: dict[str, Result]) -> np.ndarray:
-    """n: of the paper's adaptive filter over its other one in the fault, by channel."""
+    """n: RMSE of the AMDKF over that of the MDKF in the fault, by channel."""
     ratio: np.ndarray = one[PAPER].rmse(FAULT).mean(0) / one["MDKF"].rmse(FAULT).mean(0)
     return ratio
 

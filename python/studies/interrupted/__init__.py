@@ -3,5 +3,5 @@
     ./run study interrupted --kills 100
 
 Each command overwrites an output of an earlier one. Afterwards that must be the old output or the new one, whole; a folder of
-results may also be one that its readers refuse. A montecarlo that was killed is run again, to the bytes of one that was not.
+results may also be refused by its readers. A killed montecarlo is run again and must give the bytes of an uninterrupted run.
 """

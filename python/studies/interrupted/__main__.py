@@ -96,7 +96,7 @@ class Interrupted:
         self.judge(FULL, (OLD,), code)
 
     def forbid(self) -> None:
-        """A folder that nobody may write to."""
+        """A folder without write permission."""
         self.restore()
         self.command.folder.chmod(0o555)
         self.said.unlink(missing_ok=True)

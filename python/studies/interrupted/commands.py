@@ -27,7 +27,7 @@ class Command:
     outputs: tuple[Path, ...]
 
     def state(self, old: dict[Path, bytes], new: dict[Path, bytes]) -> str:
-        """OLD, NEW or NOT_WHOLE; anything else is a fault in words."""
+        """OLD, NEW or NOT_WHOLE; any other text describes a fault."""
         now = contents(self.outputs)
         for name, known in ((OLD, old), (NEW, new)):
             if {path: comparable(path, data) for path, data in now.items()} == known:

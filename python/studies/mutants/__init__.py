@@ -1,12 +1,12 @@
 """Do the tests notice a fault in the code? Each mutant is one small change of a C++ source; a test has to fail.
 
-    ./run mutants                          all of them: which were killed, by what, which live on
+    ./run mutants                          all of them: which were killed, by which test, which survive
     ./run mutants --only hybrid/           those of one folder or file
 
 Sources of hybrid, attitude, maths and ins_error are copied to build/mutants, and every mutant is put behind a switch there:
 the environment variable HMUT holds the number of the one that is on. So all of them cost one build. What may be changed is found
 by a parser (tree-sitter); which of it is chosen hangs on a hash of the changed line, so that the choice stays as other lines
-change. A first run of the tests without a mutant tells which test comes to which mutant; only those are run with it.
+change. A first run of the tests without a mutant records which test reaches which mutant; only those are run with it.
 
-Mutants that no test can tell from the original are named, with the reason, in equivalent.csv beside this.
+Mutants that are equivalent to the original are listed with the reason in equivalent.csv.
 """

@@ -161,7 +161,7 @@ def of_binary(node: Node) -> Iterator[Change]:
     pieces: tuple[Piece, ...]
     text = f"{plain(left)} {sign} {plain(right)}"
     if sign in COMPARISONS:
-        # One pass less, never one too many: what lies beyond a bound is nobody's, and no test need notice that.
+        # One pass less, never one too many: memory beyond a bound is undefined, and tests need not detect that.
         if sign in SHORTER and node.parent is not None and node.parent.type == "for_statement":
             pieces = ("(", span(node), " && !(hnav_mutant<{k}>() && (", span(left), f") {SHORTER[sign]} (", span(right), ")))")
             yield Change(node, "bound", f"{text} -> one pass less", pieces)

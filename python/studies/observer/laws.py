@@ -190,7 +190,7 @@ def errors(pairs: list[tuple[float, float]]) -> tuple[float, ...]:
 
 
 def stiff_nis(plant: Plant | Path) -> tuple[float, ...]:
-    """Over 2000 s, samples every 10 s, with two jumps at times that the estimate knows to a second."""
+    """Over 2000 s, samples every 10 s, with two jumps at times with a sigma of a second."""
     t_s = np.arange(1, 201) * 10.0
 
     def slope(t: float, x: Array) -> tuple[float, float]:

@@ -47,7 +47,7 @@ def _rows_repeated(r: Recording) -> Recording:
 
 
 def _field_held(r: Recording) -> Recording:
-    """The last field stands in each row until there is a new one, at 5 Hz."""
+    """The last field is repeated in each row until there is a new one, at 5 Hz."""
     t_s, field = r.samples("mag")
     news = np.searchsorted(t_s, np.floor(r.t_s * 5) / 5, side="right") - 1
     return replace(r, field_b_tesla=field[np.clip(news, 0, None)])

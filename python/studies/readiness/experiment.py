@@ -45,7 +45,7 @@ class Start:
 
     @property
     def wrong_in_true_field(self) -> bool:
-        """Wrong although the field was true by then. One that is false and steady looks like a true one."""
+        """Wrong although the field was true by then. A steady false field cannot be distinguished from a true one."""
         return self.wrong and self.ready_s >= self.field_true_s
 
 

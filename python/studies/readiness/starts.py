@@ -162,7 +162,7 @@ def iron_on_the_body(rng: np.random.Generator, earth: np.ndarray) -> Field:
 
 DISTURBANCES = {"none": undisturbed, "false at first": false_at_first, "passing": passing}
 GROUPS = [(motion, disturbance) for disturbance in DISTURBANCES for motion in MOTIONS]
-# What cannot be known from inside: no limit is set on it, and its rates are told.
+# Not observable from the measurements: no limit is set, and the rates are printed.
 HIDDEN = {"false and steady": steady, "slowly growing": growing, "iron on the body": iron_on_the_body}
 HIDDEN_GROUPS = [(motion, disturbance) for disturbance in HIDDEN for motion in MOTIONS]
 

@@ -75,7 +75,7 @@ def git(*arguments: str) -> str:
 
 
 def processor() -> str:
-    """Its name, as far as the system tells it."""
+    """Name of the processor, as reported by the system."""
     cpuinfo = Path("/proc/cpuinfo")
     names = re.findall(r"model name\s*: (.*)", cpuinfo.read_text()) if cpuinfo.is_file() else []
     return names[0].strip() if names else platform.machine()
