@@ -184,7 +184,7 @@ bool Model::outlasts(const State& s, int channel, double off_m, double now_s) co
     const double since_s = s.refused_since_s[channel];
     double patience_s = options_.gate_longest_s;
     if (channel == position) patience_s = std::fmin((off_m > far_m ? longer : 1) * patience_s, since_s - s.placed_s);
-    return s.refused_in_row[channel] >= in_row && now_s - since_s > patience_s;
+    return s.refused_in_row[channel] >= in_row && has_passed(now_s - since_s, patience_s);
 }
 
 void Model::note_refusal(State& s, int channel, bool refused, double now_s) {
