@@ -192,7 +192,8 @@ def command_lines(pages: Sequence[Path] = PAGES) -> list:
     for page in pages:
         text = page.read_text()
         inline = re.findall(r"`(\./run [^`]+)`", text)
-        indented = [COMMENT.sub("", line.strip()) for line in re.findall(r"^ {4,}(\./run [^\n]*)$", text, re.MULTILINE)]
+        lines = re.findall(r"^ {4,}((?:\./run|hnav) [^\n]*)$", text, re.MULTILINE)
+        indented = [re.sub("^hnav ", "./run hnav ", COMMENT.sub("", line.strip())) for line in lines]
         for line in [*inline, *indented]:
             for command in re.split(r"\s*(?:&&|#)\s*", " ".join(line.split())):
                 if command.startswith("./run "):
@@ -267,6 +268,16 @@ def test_a_command_line_names_commands_and_options_that_exist(line):
     else:
         return
     assert [word for word in words[2:] if word.startswith("--") and word.split("=")[0] not in known] == []
+    if words[0] == "hnav" and "..." not in words:
+        assert words_that_are_no_argument(load(words[1]), words[2:]) == []
+
+
+def words_that_are_no_argument(command, words: list[str]) -> list[str]:
+    """Words beyond the options and arguments that a command takes."""
+    import click
+
+    with click.Context(command) as context:
+        return list(command.make_parser(context).parse_args(list(words))[1])
 
 
 def options_of(command) -> set[str]:
