@@ -2,7 +2,8 @@
 // stamp, late samples, readings beyond all sense, zeros and what is no number, commands, saves and loads. After every advance
 // the promises of the API hold, and what was pushed adds up with what the filter says that it used and refused.
 //
-//     random_streams FIRST COUNT          streams of seeds FIRST to FIRST + COUNT - 1; the last line sums them up
+//     random_streams FIRST COUNT [STEP]   COUNT streams of seeds FIRST, FIRST + STEP, ...; the last line sums them up. A step of
+//                                         9 (kinds) from 7 on: navigation alone; from 8 on: coloured errors alone
 //
 // A broken promise ends the program with its text; the last line before it names the seed.
 #include "attitude.hpp"
@@ -361,18 +362,20 @@ void live_with_ins_errors(std::uint64_t seed, Total* total) {
 } // namespace
 
 int main(int count, char** arguments) {
+    constexpr std::uint64_t kinds = 9;
     const std::uint64_t first = count > 1 ? std::strtoull(arguments[1], nullptr, 10) : 0;
     const std::uint64_t streams = count > 2 ? std::strtoull(arguments[2], nullptr, 10) : 0;
-    if (streams == 0) {
-        std::fprintf(stderr, "random_streams FIRST COUNT: COUNT seeds from FIRST on, at least one\n");
+    const std::uint64_t step = count > 3 ? std::strtoull(arguments[3], nullptr, 10) : 1;
+    if (streams == 0 || step == 0) {
+        std::fprintf(stderr, "random_streams FIRST COUNT [STEP]: COUNT seeds from FIRST on, at least one\n");
         return 2;
     }
     Total total;
-    for (std::uint64_t seed = first; seed < first + streams; ++seed) {
+    for (std::uint64_t seed = first; seed < first + step * streams; seed += step) {
         std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
         std::fflush(stdout);
-        if (seed % 9 == 8) live_with_ins_errors(seed, &total);
-        else if (seed % 9 == 7) InsStream(seed, &total).live();
+        if (seed % kinds == 8) live_with_ins_errors(seed, &total);
+        else if (seed % kinds == 7) InsStream(seed, &total).live();
         else AttitudeStream(seed, &total).live();
     }
     std::printf(

@@ -12,6 +12,7 @@ namespace hnav::ins {
 namespace {
 
 constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean force of a vehicle
+constexpr double given_place_m = 0.1; // sigma of a place that is given; chosen: users measure no better, and no variance is 0
 constexpr double wide_velocity_share = 0.2; // vertical velocities are smaller than horizontal ones
 
 // Where on a circle something is whose density goes like exp(strength cos angle): means of cos, cos^2, sin^2.
@@ -232,7 +233,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     s.slow_m[0] = s.slow_before_m[0] = slow_sigma(first_sigma.head<2>().maxCoeff(), false);
     s.slow_m[1] = s.slow_before_m[1] = slow_sigma(first_sigma[2], true);
     for (int i = 0; i < 3; ++i) {
-        const double colour = s.slow_m[i == 2], wide = place_given(options_) ? 0 : options_.start_sigma_position_m;
+        const double colour = s.slow_m[i == 2], wide = place_given(options_) ? given_place_m : options_.start_sigma_position_m;
         put(row_colour + i, colour);
         P[row_d + i][row_d + i] = first_sigma[i] * first_sigma[i] + wide * wide + colour * colour;
         P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour * colour;
