@@ -18,20 +18,21 @@ bool Model::at_rest(const State& s, double now_s) const {
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 
-// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently. Where satellites tell
-// no velocities their positions lead away.
+// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently, and a tilt has been
+// estimated in the place of its acceleration. Where satellites tell no velocities their positions lead away.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(options_)) return;
     const double stood_s = now_s - s.glide.began_s, moved_m = (vec(s.in_t.colour) - vec(s.in_t.colour_at_rest)).head<2>().norm();
     const bool alone = !is_within(now_s - s.last_s[velocity], silent_s) && s.glide.jumped == 0;
-    double speed = 0, way = 0;
+    double speed = 0, way = 0, since_s = stood_s;
     if (s.glide.always.shows()) {
         speed = s.glide.always.speed_m_s();
         way = speed * stood_s;
     } else if (s.glide.lately.shows()) {
         speed = s.glide.lately.speed_m_s();
-        way = speed * std::fmin(departs_s, stood_s);
+        since_s = std::fmin(departs_s, stood_s);
+        way = speed * since_s;
     } else if (alone && moved_m > far * s.slow_m[0]) {
         speed = moved_m / stood_s;
         way = moved_m;
@@ -39,7 +40,9 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
         return;
     }
     s.glide.found = 1;
+    const double tilt = speed / since_s / vec(s.gravity).norm();
     for (int i = 0; i < 2; ++i) {
+        widen(P, row_phi + i, tilt * tilt);
         widen(P, row_v + i, speed * speed);
         widen(P, row_d + i, way * way);
         widen(P, row_colour + i, way * way);

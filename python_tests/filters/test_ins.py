@@ -366,11 +366,10 @@ def test_a_slow_even_glide_is_no_rest(speed_m_s, velocities):
     assert abs(run.velocity_n_m_s[-1, 0] - speed_m_s) < 4 * run.sigma_velocity_m_s[-1, 0]
 
 
-# At 0.1 m/s2 the rest is believed for so long that velocity ends 8 sigmas off: this is found, and the alignment begins anew.
-@pytest.mark.parametrize("gains_m_s2, restarts", [(0.03, 0), (0.1, 1), (0.3, 0)])
-def test_a_gentle_departure_loses_no_alignment(gains_m_s2, restarts):
+@pytest.mark.parametrize("gains_m_s2", [0.03, 0.1, 0.3])
+def test_a_gentle_departure_loses_no_alignment(gains_m_s2):
     ins, run, velocity = after_a_rest(lambda t: np.clip(gains_m_s2 * t, 0, 10))
-    assert ins.health().times_lost == restarts
+    assert ins.health().times_lost == 0
     later = run.t_s > 40 + 0.5 / gains_m_s2 + 3
     off = np.abs(run.velocity_n_m_s - velocity)[later] / run.sigma_velocity_m_s[later]
     assert np.sqrt(np.nanmean(off**2)) < 2
