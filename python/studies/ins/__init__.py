@@ -11,6 +11,8 @@ whose fixes one of a hundred lies far off. A start is false when, at the first i
 heading exceeds both 3 sigma and 5 deg. straight and take_off
 stand or gain speed straight ahead when they are switched on, quadrotor hovers and vibrates, walker is a telephone with fixes once a second.
 
+With --without RULE: the same with a copy of the library that lacks a rule of the search (studies/ins/rules.py): what the rule is worth.
+
 With --conditions compass,first_fixes,wheels: starts with a compass that is 170 deg off, with first positions that are 300 m off for two
 seconds, of cars with the speed of their wheels.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import product
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import show
+from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.filters.options import INS_PRESETS, Options
 from hnav.reference import earth
@@ -23,6 +24,7 @@ from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
+from studies.ins.rules import RULES, library_without
 from studies.ins.vehicles import latitude_at_rest
 
 
@@ -41,6 +43,9 @@ def command(
     conditions: Annotated[
         str, typer.Option("--conditions", help=f"what the starts meet: any of {', '.join(CONDITIONS)}, separated by commas")
     ] = "usual",
+    without: Annotated[
+        str | None, typer.Option(metavar="RULE", help=f"with a copy of the library that lacks a rule of {', '.join(RULES)}")
+    ] = None,
     faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     with_wheels: Annotated[
         bool, typer.Option("--wheels", help="cars that lose the satellites instead, with the speed of their wheels and without")
@@ -60,6 +65,8 @@ def command(
     check_choices("--kinds", chosen, KINDS)
     met = conditions.split(",")
     check_choices("--conditions", met, CONDITIONS)
+    if without is not None:
+        leave_out(without)
     if flight is not None:
         show(flight_table(recorded(flight)), width=120)
         return
@@ -81,6 +88,13 @@ def command(
         show(north_table(runs, seed, workers), width=120)
         return
     show(starts_table(chosen, met, grade, runs, seed, workers, magnetometer), width=150)
+
+
+def leave_out(rule: str) -> None:
+    """From now on the library lacks it."""
+    check_choices("--without", [rule], RULES)
+    os.environ["HNAV_LIBRARY"] = str(library_without(rule))
+    say(f"without {rule}: {RULES[rule].repairs}")
 
 
 def recorded(folder: Path) -> Flight:
