@@ -19,7 +19,7 @@ fmi3Instance in_callback = nullptr;
 // While a step is under way the importer may read, and must be refused whatever else it tries.
 void intermediate(fmi3InstanceEnvironment, fmi3Float64 t_s, fmi3Boolean, fmi3Boolean get_allowed, fmi3Boolean, fmi3Boolean,
                   fmi3Boolean*, fmi3Float64*) {
-    const fmi3ValueReference time = 0;
+    const fmi3ValueReference time = 1;
     double value;
     HOLDS(std::isfinite(t_s) && get_allowed && fmi3GetFloat64(in_callback, &time, 1, &value, 1) == fmi3OK);
     HOLDS(fmi3Reset(in_callback) == fmi3Error && fmi3Terminate(in_callback) == fmi3Error);
@@ -34,7 +34,7 @@ struct Sequence {
 
     // The time of the instance is its first variable.
     void read_time() {
-        const fmi3ValueReference time = 0;
+        const fmi3ValueReference time = 1;
         double t_s;
         if (fmi3GetFloat64(c, &time, 1, &t_s, 1) == fmi3OK) clock.t_s = t_s;
     }
