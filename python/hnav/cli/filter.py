@@ -46,6 +46,7 @@ from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
+from hnav.reports.track_files import GPX, TUM, write_tum
 
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
 """Formats whose devices lie with their z axis up."""
@@ -67,7 +68,9 @@ def command(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE|DIR", help="Table to write, one row for each row of the recording: .csv or .parquet"),
+        typer.Option(
+            metavar="FILE|DIR", help="Table to write, one row for each row of the recording: .csv, .parquet, .tum; of ins .gpx"
+        ),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Page to write: figures, panels, a body that turns")
@@ -159,6 +162,10 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         )
         navigate(of_ins, reading, wanted.truth, wanted.outages)
         return
+    if out is not None and out.suffix.lower() == GPX:
+        raise UsageError(
+            f"--out {out}: attitude filters have no track: add --filter {navigation.NAME}, or write .csv, .parquet or .tum"
+        )
     navigation.refuse_of_ins(gnss=wanted.gnss, truth=wanted.truth, outages=wanted.outages)
     filter, engine, preset, step, calibration = wanted.filter, wanted.engine, wanted.preset, wanted.step, wanted.calibration
     chosen, iron = parse_settings(wanted.settings), None if calibration is None else read_calibration(calibration)
@@ -177,7 +184,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         chosen, note = with_frame(frame, chosen, data)
         result = filtered(data, filter, engine, chosen, preset, step, smooth)
         if out is not None:
-            write_table(out, result, made)
+            write_tum(out, [result]) if out.suffix.lower() == TUM else write_table(out, result, made)
         if report is not None:
             write_page(report, result, data, lines_of(found))
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
@@ -244,7 +251,7 @@ def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]
                 yield part
                 progress.advance(task, len(part.t_s))
 
-    write_pieces(out, parts(), made)
+    write_tum(out, parts()) if out.suffix.lower() == TUM else write_pieces(out, parts(), made)
     return Outcome(table.rows, run.us_per_sample, run.counts, tally.findings())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -25,6 +25,7 @@ from hnav.io.plausibility import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
+from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 
 NAME = "ins"
 SMOOTHED = "smoothed: every row from all samples, before and after it"
@@ -108,7 +109,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
     if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
         doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict, wanted.force)
         told = Told()
-        write_navigation(wanted.out, runs(table, run, told), made)
+        write_out(wanted.out, runs(table, run, told), made, wanted.recording.stem)
     else:
         data = read_navigation(wanted.recording, given, options, reading)
         data = iron.apply_to(data) if iron is not None else data
@@ -117,7 +118,7 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
         run, told = NavigationRun.over(data, options), Told()
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if wanted.out is not None:
-            write_navigation(wanted.out, parts, made)
+            write_out(wanted.out, parts, made, wanted.recording.stem)
         if wanted.report is not None:
             # Plotly takes a while to load; the page says so where it is missing.
             import_module("hnav.reports.page")
@@ -126,6 +127,17 @@ def navigate(wanted: Wanted, reading: Reading) -> None:
             write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
     say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
     warn([*doubts, *of_run(told, run)])
+
+
+def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) -> None:
+    """The table, or the track, that the suffix asks for. Raises HnavError."""
+    suffix = out.suffix.lower()
+    if suffix not in (TUM, GPX):
+        write_navigation(out, parts, made)
+    elif suffix == TUM:
+        write_tum(out, parts)
+    else:
+        write_gpx(out, parts, name)
 
 
 def made_by(wanted: Wanted) -> list[str]:
