@@ -58,6 +58,17 @@ def test_frames_are_a_choice(flight, tmp_path):
     assert not np.allclose(yaw["ned"], yaw["enu"])
 
 
+def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
+    pytest.importorskip("pygeomag")
+    yaw = []
+    for name, given in (("magnetic", ()), ("true", ("--place-and-date", "48.1,11.6,500,2026.5"))):
+        out = tmp_path / f"{name}.csv"
+        done = hnav("filter", flight, "--mag-unit", "uT", *given, "--out", out)
+        assert done.returncode == 0, done.stderr
+        yaw.append(pd.read_csv(out, comment="#")["yaw_deg"][1])
+    assert yaw[1] - yaw[0] == pytest.approx(4.33, abs=0.01)  # the declination
+
+
 @pytest.mark.parametrize("arguments, named", [
     (["filter", "nowhere.csv", "--out", "x.csv"], "nowhere.csv"),
     (["filter", "FLIGHT", "--out", "/nonexistent/x.csv"], "/nonexistent/x.csv"),
@@ -69,6 +80,7 @@ def test_frames_are_a_choice(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1", "--engine", "fmi3-cs"], "gamma"),
     (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "--frame down"),
     (["filter", "FLIGHT", "--out", "OUT", "--preset", "best"], "preset"),
+    (["filter", "FLIGHT", "--out", "OUT", "--place-and-date", "48,11"], "write LAT,LON,HEIGHT,YEAR"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),
     (["score", "nowhere"], "nowhere"),

@@ -52,3 +52,20 @@ def test_without_the_package_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygeomag", None)
     with pytest.raises(hnav.HnavRuntimeError, match="pip install pygeomag"):
         hnav.declination_rad(0, 0, 0, 2026)
+
+
+PLACE = (math.radians(48.1), math.radians(11.6), 500.0, 2026.5)
+
+
+def test_a_place_and_a_date_set_the_reference_field_and_the_declination():
+    pytest.importorskip("pygeomag")
+    options = hnav.Options("ahrs", place_and_date=PLACE)
+    assert options.reference_mode == "given"
+    assert options.reference_strength_tesla == pytest.approx(48.8e-6, abs=0.5e-6)
+    assert math.degrees(options.reference_dip_rad) == pytest.approx(64.2, abs=0.5)
+    assert options.declination_rad == hnav.declination_rad(*PLACE)
+    assert hnav.Options("ahrs", place_and_date=PLACE, declination_rad=0.5).declination_rad == 0.5
+    ins = hnav.Options("ins", place_and_date=PLACE)
+    assert ins.declination_rad == options.declination_rad
+    with pytest.raises(hnav.HnavValueError, match="place_and_date has 2 numbers: give latitude_rad, longitude_rad"):
+        hnav.Options("ahrs", place_and_date=PLACE[:2])

@@ -154,6 +154,16 @@ def test_the_library_is_the_numpy_twin_when_the_reference_is_in_a_shield_at_firs
     assert twin.field.changes == 1 and twin.strength > 4e-5
 
 
+@pytest.mark.parametrize("hidden, index", [(False, 0), (False, 5), (False, 10), (True, 1), (True, 3), (True, 5)])
+def test_the_library_is_the_numpy_twin_with_the_field_of_the_place(hidden, index):
+    simulated = simulated_start(index, 1, 10.0, hidden=hidden)
+    _, north, up = simulated.earth_tesla
+    twin, _ = assert_equal(rows_of(simulated.recording), reference_mode="given",
+                           reference_strength_tesla=np.hypot(north, up), reference_dip_rad=np.arctan2(-up, north))  # fmt: skip
+    if simulated.disturbance == "false and steady":
+        assert twin.foreign2 > 0 and not twin.heading_ready() and not twin.field.changes
+
+
 def test_the_library_is_the_numpy_twin_on_a_real_recording(broad_trial):
     twin, _ = assert_equal(rows_of(broad_trial.cropped(60)), outlier_rate_rad_s=8.0)
     assert twin.heading_ready()

@@ -30,7 +30,7 @@ def start(index=0, motion="rest", disturbance="none", field_true_s=0.0, ready_s=
 
 @pytest.mark.parametrize("index", range(len(GROUPS)))
 def test_rates_turn_the_true_attitude_up_to_bias_and_noise(index):
-    recording, _, _, _, sensors = simulated_start(index, duration_s=20)
+    recording, _, _, _, sensors, _ = simulated_start(index, duration_s=20)
     truth = attitude(recording)
     turned = (truth[:-1].inv() * truth[1:]).as_rotvec() * readiness.RATE_HZ
     rest = recording.rate_b_rad_s[1:] - turned
@@ -53,7 +53,7 @@ def test_force_and_field_are_those_of_the_earth_in_the_mean(index):
 
 
 def test_a_late_magnetometer_sees_the_attitude_of_before():
-    recording, motion, _, _, sensors = simulated_start(3)
+    recording, motion, _, _, sensors, _ = simulated_start(3)
     assert motion == "fast turning"
     earth = attitude(recording).apply(recording.field_b_tesla)
     mean = earth.mean(axis=0)

@@ -52,20 +52,24 @@ struct AhrsModelOf<R>::FieldRows {
 
 template <class R>
 void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
+    constexpr R unknown_intensity =
+        100; // sigma of the intensities of a field that is not the given one, in units of the strength
     MeanField<R> mean{Vector3R(s.field_sum) / s.field_count};
     choose_reference(s, c, mean);
     const FieldRows rows(s, mean);
     const R azimuth_away = azimuth_deviation(s, c, rows), away = std::fmax(rows.deviation(), azimuth_away);
     const FieldVerdict verdict = judge_field(s, c, away);
+    const bool foreign = take_foreign_field(s, c, mean);
     doubt_heading(s, verdict, rows);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c);
     const Matrix3R HPHt = rows.HPHt(PHt);
     const Vector3R innovation = rows.residual - rows.of(c.error);
-    const Vector3R noise = field_noise(s);
+    Vector3R noise = field_noise(s);
+    if (foreign) noise[0] = noise[2] = unknown_intensity * unknown_intensity;
     const R inflation = noise_inflation(verdict, away);
     record_field(s, t_s, innovation, HPHt, noise, inflation);
-    confirm_heading(s, verdict, azimuth_away > R(options_.mag_gate));
+    confirm_heading(s, verdict, !foreign && azimuth_away > R(options_.mag_gate));
     const Vector3R known = HPHt.diagonal() - Vector3R(c.P(reference, reference), 0, c.P(reference + 1, reference + 1));
 
     if (verdict != FieldVerdict::reject) {
@@ -73,9 +77,33 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         S.diagonal() += inflation * noise;
         const R before = c.heading_variance();
         condition<3, considered>(c, PHt, S, innovation);
-        s.information.heading += information_gained(before, c.heading_variance());
+        if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
-    learn_field_noise(s, c, mean, innovation, known);
+    if (!foreign) learn_field_noise(s, c, mean, innovation, known);
+}
+
+// True: the field is not the given one (given_field.hpp). Its declination then has the variance of its azimuth; where the candidate field
+// begins anew, the body has moved and the declination is another.
+template <class R>
+bool AhrsModelOf<R>::take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const {
+    if (place_.is_of_place(mean.horizontal(), mean.n[2])) {
+        if (s.foreign2 > 0) leave_foreign_field(s, c);
+        return false;
+    }
+    const R variance = place_.azimuth_variance(mean.horizontal(), mean.n[2]);
+    const R before = s.field.candidate_age_s <= s.field_s ? 0 : s.foreign2;
+    c.P(declination, declination) += std::fmax(R(0), variance - before);
+    s.foreign2 = std::fmax(variance, before);
+    return true;
+}
+
+template <class R>
+void AhrsModelOf<R>::leave_foreign_field(State& s, Correction& c) const {
+    c.P.row(declination).setZero();
+    c.P.col(declination).setZero();
+    c.P(declination, declination) = s.field_noise.scale2 * sigma_.declination * sigma_.declination;
+    c.error[declination] = 0;
+    s.declination = s.foreign2 = 0;
 }
 
 // known: variances of the innovation, but for the reference's own. Less noise of the place is information about its
@@ -103,7 +131,8 @@ void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mea
     const R fast = R(options_.turning_rad_s);
     const bool turning = s.rate_power > fast * fast * s.x[13];
     s.field.weigh(options_, mean, s.reference[0], s.reference[1], turning, s.field_s);
-    if (s.field.candidate_wins(options_, s.reference[0], s.reference[1])) change_reference(s, c, mean);
+    const bool possible = place_.is_of_place(s.field.candidate_horizontal(), s.field.candidate[2]);
+    if (possible && s.field.candidate_wins(options_, s.reference[0], s.reference[1])) change_reference(s, c, mean);
 }
 
 // The candidate becomes the reference. The heading, and the mean field with it, turns as far as it is distrusted.

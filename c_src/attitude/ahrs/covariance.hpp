@@ -197,7 +197,7 @@ void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
     s.declination *= kept;
     P.row(declination) *= kept;
     P.col(declination) *= kept;
-    P(declination, declination) += (1 - kept * kept) * s.field_noise.scale2 * sigma * sigma;
+    P(declination, declination) += (1 - kept * kept) * (s.foreign2 + s.field_noise.scale2 * sigma * sigma);
 }
 
 } // namespace hnav

@@ -56,7 +56,8 @@ public:
           sigma_(sigmas_of<R>(options)),
           robust_(options),
           start_(options, frames, options.start_field_wait_s),
-          limits_(options, R(options.mag_range_tesla)) {}
+          limits_(options, R(options.mag_range_tesla)),
+          place_(options) {}
 
     // start.hpp
     void begin(State& s) const; // the state before any sample
@@ -264,6 +265,9 @@ private:
     void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
+    bool take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const;
+    void leave_foreign_field(State& s, Correction& c) const;
+    void start_in_foreign_field(State& s) const;
     R azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const;
     static void doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows);
     FieldVerdict judge_field(State& s, Correction& c, R deviation) const;
@@ -282,6 +286,7 @@ private:
     RobustSettings<R> robust_;
     StartSettings<R> start_;
     CheckLimits<R> limits_;
+    GivenField<R> place_;
 };
 
 using AhrsModel = AhrsModelOf<double>;

@@ -38,7 +38,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.latency = -s.latency;
     s.reversed = !s.reversed;
     s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after
-    s.declination = 0;
+    s.declination = s.foreign2 = 0;
     for (R& c : s.coning) c = -c;
     note_turning(s);
     for (R& v : s.force_turn) v = 0;
@@ -74,7 +74,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.last_correction_s = nan;
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
-    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = 0;
+    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = s.foreign2 = 0;
     s.has_reference = reference_given(options_);
     put_reference(s, reference_of<R>(options_));
     begin_motion(s);
@@ -130,9 +130,21 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
         put_reference(s, learn_reference<R>(found.q, s.start.field()));
         s.has_reference = 1;
     }
+    if (place_.is_given && s.start.has_field(start_)) start_in_foreign_field(s);
     s.rest.clear(Vector3R::Zero(), s.start.force());
     s.last_correction_s = event.t_s;
     s.started = 1;
+}
+
+// A start in a field that is not the given one: the heading is wrong by the declination of that field.
+template <class R>
+void AhrsModelOf<R>::start_in_foreign_field(State& s) const {
+    const MeanField<R> seen{rotation_matrix<R>(QuaternionR(s.x)) * s.start.field() / s.strength};
+    if (place_.is_of_place(seen.horizontal(), seen.n[2])) return;
+    s.foreign2 = place_.azimuth_variance(seen.horizontal(), seen.n[2]);
+    s.P[packed(rotation + 2, rotation + 2)] += s.foreign2;
+    s.P[packed(declination, declination)] += s.foreign2;
+    s.P[packed(rotation + 2, declination)] += s.foreign2;
 }
 
 // Turns attitude and all that is kept in navigation axes about the vertical.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "attitude/ahrs/field_noise.hpp"
+#include "attitude/ahrs/given_field.hpp"
 #include "attitude/ahrs/lasting_motion.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
@@ -90,6 +91,7 @@ struct AhrsState {
     R declination; // of the field here against the reference's north, rad
     R wrong_hold; // probability that rates act an interval earlier or later than the options tell
     R strength; // of the field, T
+    R foreign2; // share of the declination's variance from a field that is not the given one, rad^2; 0: the field is the given one
     MagneticReference<R> field;
     FieldNoise<R> field_noise;
     AngleInformation<R> information;

@@ -8,6 +8,7 @@ from __future__ import annotations
 import glob
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import radians
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +25,7 @@ from hnav.cli.parameters import (
     Frame,
     Gnss,
     Outages,
+    PlaceAndDate,
     Preset,
     Scheduler,
     Settings,
@@ -39,7 +41,7 @@ from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
-from hnav.filters.options import Options
+from hnav.filters.options import Options, options_of_place
 from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
@@ -94,7 +96,9 @@ def command(
     outages: Outages = None,
     workers: Workers = 1,
     scheduler: Scheduler = None,
+    place_and_date: PlaceAndDate = None,
 ) -> None:
+    settings = [*settings_of_place(filter, place_and_date), *(settings or ())]
     wanted = Wanted(
         filter, engine, settings, preset, step, frame, reading, strict, force, smooth, calibration, gnss, truth, outages
     )
@@ -205,6 +209,18 @@ def with_frame(frame: str | None, settings: dict[str, str], data: Recording) -> 
     upward = mean[2] > LEVEL * float(np.linalg.norm(mean)) > 0
     note = ["the z axis of the sensor points up, which is a roll of 180 deg in ned: --frame enu has it level"] if upward else []
     return settings | {"navigation_frame": "ned"}, note
+
+
+def settings_of_place(filter: str, place_and_date: str | None) -> list[str]:
+    """NAME=VALUE. Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
+    if place_and_date is None:
+        return []
+    try:
+        latitude_deg, longitude_deg, height_m, year = map(float, place_and_date.split(","))
+    except ValueError:
+        raise UsageError(f"--place-and-date {place_and_date}: write LAT,LON,HEIGHT,YEAR, as 48.1,11.6,500,2026.5") from None
+    of_place = options_of_place(filter, (radians(latitude_deg), radians(longitude_deg), height_m, year))
+    return [f"{name}={value}" for name, value in of_place.items()]
 
 
 def navigate(wanted: navigation.Wanted, reading: Reading, truth: Path | None, outages: str | None) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from hnav.errors import HnavValueError
+from hnav.filters.declination import field_of_place
 from hnav.native.library import enumerators
 from hnav.native.options import OptionInfo, OptionSet, option_rows
 
@@ -30,24 +32,37 @@ def parse_setting(text: str) -> tuple[str, str]:
     return name, value
 
 
+def options_of_place(filter: str, place_and_date: Sequence[float] | None) -> dict[str, object]:
+    """What Options sets for a place and a date; the INS takes the declination only. Raises HnavValueError, HnavRuntimeError."""
+    if place_and_date is None:
+        return {}
+    if len(place_and_date) != 4:
+        wanted = "latitude_rad, longitude_rad, height_m, year"
+        raise HnavValueError("size", f"place_and_date has {len(place_and_date)} numbers: give {wanted}", "place_and_date")
+    of_place = field_of_place(*place_and_date)
+    return {name: value for name, value in of_place.items() if name in option_table(filter)}
+
+
 class Options(OptionSet):
     """Options of a filter, as attributes; option_table(filter) tells unit, range and meaning of each.
 
         Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
         Options("ins", "industrial", car_across_m_s=0.1)
 
-    filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. values: options that differ from
-    the preset. Raises HnavValueError for filters, presets, names (UnknownOptionError) and values that do not exist.
+    filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. place_and_date: latitude and
+    longitude in rad, height above the ellipsoid in m, decimal year; sets the reference field and the declination by the World
+    Magnetic Model. values: options that differ from the preset. Raises HnavValueError for filters, presets, names
+    (UnknownOptionError), values and places that do not exist.
     """
 
-    def __init__(self, filter: str, preset: str = "default", **values: object):
+    def __init__(self, filter: str, preset: str = "default", place_and_date: Any = None, **values: object):
         option_table(filter)
         presets = PRESETS[filter]
         preset = presets[0] if preset == "default" else preset
         if preset not in presets:
             raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(presets)}", "preset")
         self.__dict__["_preset"] = preset
-        self._fill(filter, presets.index(preset), values)
+        self._fill(filter, presets.index(preset), options_of_place(filter, place_and_date) | values)
 
     @property
     def filter(self) -> str:

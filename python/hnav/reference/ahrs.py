@@ -70,7 +70,9 @@ class AhrsReference:
         self.velocity, self.force_bias, self.force_latency = np.zeros(2), np.zeros(3), float(o.start_accel_latency)
         self.strength, self.latency, self.declination = o.reference_strength_tesla, 0.0, 0.0
         self.M = np.array([math.cos(o.reference_dip_rad), math.sin(o.reference_dip_rad)])
-        self.has_reference = o.reference_mode == "given"
+        self.has_reference = self.given = o.reference_mode == "given"
+        self.M_given = self.M
+        self.foreign2 = 0.0  # share of the declination's variance from a field that is not the given one, rad^2
         self.rate: Array | None = None
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
         self.rest = RestDetector(o, np.zeros(3))
@@ -151,6 +153,8 @@ class AhrsReference:
         field = self.first.samples.means()[1]
         if not self.has_reference and field is not None:
             self.put_reference(field)
+        elif self.given and field is not None:
+            self.start_in_foreign_field(intensities_of(self.R_bn @ field) / self.strength)
         self.rest, self.corrected_s, self.started = RestDetector(self.o, self.first.samples.mean[0]), t_s, True
 
     def put_reference(self, field_b: Array) -> None:
@@ -297,7 +301,7 @@ class AhrsReference:
             self.declination *= kept
             P[DECLINATION] *= kept
             P[:, DECLINATION] *= kept
-            P[DECLINATION, DECLINATION] += (1 - kept**2) * scale2 * o.local_declination_rad**2
+            P[DECLINATION, DECLINATION] += (1 - kept**2) * (self.foreign2 + scale2 * o.local_declination_rad**2)
         return P
 
     # ----------------------------------------------------------------------------------------- corrections
@@ -422,7 +426,7 @@ class AhrsReference:
         T, turning = self.field_s, self.rate_power / (self.o.turning_rad_s**2 * self.window_s)
         mean = self.field_sum / self.fields
         self.field.weigh(mean, self.M, turning > 1, T)
-        if self.field.candidate_wins(self.M):
+        if self.of_place(intensities_of(self.field.candidate)) and self.field.candidate_wins(self.M):
             mean = self.change_reference(mean)
         (h, z), (horizontal, down) = intensities_of(mean), self.M
         residual = np.array([horizontal - h, -horizontal * wrap(azimuth(mean) - self.declination), down - z])
@@ -435,18 +439,56 @@ class AhrsReference:
             self.contradicted_s = 60.0
             self.forget_reference(self.o.start_sigma_reference)
             self.error[M] = 0
+        foreign = self.take_foreign_field(np.array([h, z]))
+        if foreign:
+            noise[[0, 2]] = 100.0**2
         self.doubt_heading(deviation / horizontal)
         innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
         HPHt = H @ self.E @ H.T
         self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
-        self.confirm_heading(azimuth_away > self.o.mag_gate)
+        self.confirm_heading(not foreign and azimuth_away > self.o.mag_gate)
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
         if self.verdict != "reject":
             inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
             self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED)
-            self.information[1] += max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
+            self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
         still = self.rest.at_rest()
-        self.learn_field_noise(np.array([h, z]), innovation[[0, 2]], known2, 0.0 if still else min(1.0, turning))
+        if not foreign:
+            self.learn_field_noise(np.array([h, z]), innovation[[0, 2]], known2, 0.0 if still else min(1.0, turning))
+
+    def of_place(self, intensities: Array) -> bool:
+        """Whether strength and dip are the given ones. Without a given field: True."""
+        (h, z), (north, down), o = intensities, self.M_given, self.o
+        dip = math.atan2(north * z - down * h, north * h + down * z)
+        near = abs(math.hypot(h, z) - 1) <= o.reference_strength_tolerance and abs(dip) <= o.reference_dip_tolerance_rad
+        return not self.given or near
+
+    def azimuth_variance(self, intensities: Array) -> float:
+        """Of a field that is not the given one, rad^2: the disturbance has as large a component across as in each intensity."""
+        across2 = float(np.sum((intensities - self.M_given) ** 2)) / 2
+        return min(ANY_HEADING, across2 / (float(intensities[0]) ** 2 + across2 / ANY_HEADING))
+
+    def take_foreign_field(self, intensities: Array) -> bool:
+        """Whether the field is not the given one: its declination has the variance of its azimuth, and a new one in each place."""
+        if self.of_place(intensities):
+            if self.foreign2 > 0:
+                self.E[DECLINATION], self.E[:, DECLINATION] = 0, 0
+                self.E[DECLINATION, DECLINATION] = self.field_noise.scale2 * self.o.local_declination_rad**2
+                self.declination = self.foreign2 = self.error[DECLINATION] = 0.0
+            return False
+        variance, before = self.azimuth_variance(intensities), self.foreign2
+        if self.field.candidate_age_s <= self.field_s:
+            before = 0.0
+        self.E[DECLINATION, DECLINATION] += max(0.0, variance - before)
+        self.foreign2 = max(variance, before)
+        return True
+
+    def start_in_foreign_field(self, intensities: Array) -> None:
+        """The heading of the start is wrong by the declination of that field."""
+        if not self.of_place(intensities):
+            self.foreign2 = self.azimuth_variance(intensities)
+            for i, j in ((HEADING, HEADING), (DECLINATION, DECLINATION), (HEADING, DECLINATION), (DECLINATION, HEADING)):
+                self.P[i, j] += self.foreign2
 
     def field_rows(self) -> Array:
         """3 x 25."""

@@ -27,10 +27,13 @@ def command(
     every_error: Annotated[
         bool, typer.Option("--every-error", help="sensors with the errors too that the options allow for")
     ] = False,
+    place: Annotated[
+        bool, typer.Option("--place", help="the filter is given strength and dip of the earth's field, as for a place and a date")
+    ] = False,
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
-    trials = experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error)
+    trials = experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error, place)
     done = list(tracked(trials, "starts", starts))
     title = (
         f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"

@@ -50,11 +50,20 @@ class Start:
 
 
 def judge(
-    index: int, filter: str, settings: dict[str, str], seed: int = 1, hidden: bool = False, every_error: bool = False
+    index: int,
+    filter: str,
+    settings: dict[str, str],
+    seed: int = 1,
+    hidden: bool = False,
+    every_error: bool = False,
+    place: bool = False,
 ) -> Start:
-    """Runs a filter over start `index` and looks at the first instant of heading_ready. Raises HnavError."""
-    recording, motion, disturbance, field_true_s, _ = simulated_start(index, seed, hidden=hidden, every_error=every_error)
-    result = run_recording(recording, filter, settings={"gyro_hold": "backward", **settings, "navigation_frame": "enu"})
+    """Runs a filter over start `index` and looks at the first instant of heading_ready. place: the filter is given strength and dip
+    of the earth's field. Raises HnavError."""
+    simulated = simulated_start(index, seed, hidden=hidden, every_error=every_error)
+    recording, motion, disturbance, field_true_s, _, earth = simulated
+    given = field_settings(earth) if place else {}
+    result = run_recording(recording, filter, settings={"gyro_hold": "backward", **given, **settings, "navigation_frame": "enu"})
     truth = recording.needed("reference_q_nb")
     rows = np.minimum(np.searchsorted(result.t_s, result.t_s[0] + np.array(JUDGED_S)), len(result.t_s) - 1)
     z2 = tuple((errors_rad(result.q_nb[rows], truth[rows])[1] / result.sigma_rad[rows, 2]) ** 2)
@@ -68,6 +77,13 @@ def judge(
     return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma), z2)
 
 
+def field_settings(earth_tesla: np.ndarray) -> dict[str, str]:
+    """Options that give a filter this field, in east-north-up."""
+    _, north, up = earth_tesla
+    strength, dip = float(np.linalg.norm(earth_tesla)), float(np.arctan2(-up, north))
+    return {"reference_mode": "given", "reference_strength_tesla": repr(strength), "reference_dip_rad": repr(dip)}
+
+
 def experiment(
     starts: int,
     filter: str,
@@ -76,10 +92,11 @@ def experiment(
     workers: int = 1,
     hidden: bool = False,
     every_error: bool = False,
+    place: bool = False,
 ) -> Iterator[Start]:
     """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
     Options(filter, **{"gyro_hold": "backward", **settings})
-    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error)
+    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error, place=place)
     yield from in_order(run, range(starts), workers, CHUNK)
 
 

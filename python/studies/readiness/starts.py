@@ -201,13 +201,15 @@ def draw_sensors(rng: np.random.Generator) -> Sensors:
 
 
 class Simulated(NamedTuple):
-    """The samples of a start with the true attitude as reference, its group, and the truth about field and sensors."""
+    """The samples of a start with the true attitude as reference, its group, and the truth about field and sensors; the field of the
+    earth in east-north-up, in tesla."""
 
     recording: Recording
     motion: str
     disturbance: str
     field_true_s: float
     sensors: Sensors
+    earth_tesla: np.ndarray
 
 
 def simulated_start(
@@ -221,7 +223,8 @@ def simulated_start(
     motion, sensors = draw_motion(rng, MOTIONS[motion_name]), draw_sensors(rng)
     if every_error:
         sensors = with_every_error(sensors, np.random.default_rng([seed, index, 1]))
-    field = (DISTURBANCES | HIDDEN)[disturbance](rng, draw_earth_field(rng))
+    earth = draw_earth_field(rng)
+    field = (DISTURBANCES | HIDDEN)[disturbance](rng, earth)
     t_s = np.arange(0, duration_s, 1 / RATE_HZ)
     attitude = motion.attitude(t_s)
     turned_rad = (motion.attitude(t_s - 1 / RATE_HZ).inv() * attitude).as_rotvec()
@@ -239,4 +242,4 @@ def simulated_start(
         reference_q_nb=attitude.as_quat()[:, [3, 0, 1, 2]],
         movement=np.ones(len(t_s), bool),
     )
-    return Simulated(recording, motion_name, disturbance, field.true_from_s, sensors)
+    return Simulated(recording, motion_name, disturbance, field.true_from_s, sensors, earth)

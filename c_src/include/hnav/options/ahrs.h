@@ -146,6 +146,15 @@ typedef struct hnav_ahrs_options {
     /* Dip of the magnetic field below the horizon, when given.
      * [-pi/2, pi/2] rad, default 60 deg. A usual dip in middle northern latitudes. */
     double reference_dip_rad;
+    /* Largest relative difference of the field's strength from the given one. A field outside this or the tolerance of the
+     * dip may hold a heading; it does not make the heading ready and does not replace the reference.
+     * (0, 10], default 0.05. The World Magnetic Model is within 1 % outdoors, a calibrated magnetometer within 3 %. Of
+     * false fields that turn the heading by more than 5 deg, 1 to 7 % are within this and the tolerance of the dip. */
+    double reference_strength_tolerance;
+    /* Largest difference of the field's dip from the given one.
+     * (0, 10] rad, default 3 deg. The World Magnetic Model is within 0.5 deg outdoors, horizon and magnetometer within 2
+     * deg. */
+    double reference_dip_tolerance_rad;
     /* Root mean square rate above which a field counts fully as evidence.
      * [0, 1e3] rad/s, default 0.35. A body that turns so fast sees a magnet that moves with it change its direction. */
     double turning_rad_s;
