@@ -144,7 +144,8 @@ public:
         const Estimate e = filter_->estimate(At::shown);
         return {e.q_bn,       filter_->rotation_covariance(At::shown),
                 e.bias_b,     filter_->bias_variances(At::shown),
-                e.tilt_ready, e.heading_ready};
+                e.tilt_ready, e.heading_ready,
+                e.started};
     }
 
     void write(std::size_t i, const PassEstimate& e) const {
@@ -155,6 +156,13 @@ public:
             store(sigmas(filter_->frames.variances_to_user<double>(e.rotation_covariance)), output_.sigma_rad + 3 * i);
         if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
         if (output_.gyro_bias_sigma_rad_s) store(sigmas(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
+        if (output_.ready) {
+            output_.ready[2 * i] = e.tilt_ready;
+            output_.ready[2 * i + 1] = e.heading_ready;
+        }
+    }
+
+    void record(std::size_t i) const {
         if (output_.accel_nis) output_.accel_nis[i] = nis_after(filter_, accel, before_s_);
         if (output_.mag_nis) output_.mag_nis[i] = nis_after(filter_, mag, before_s_);
         if (output_.accepted)
@@ -162,10 +170,6 @@ public:
         if (output_.health)
             for (const int c : {gyro, accel, mag})
                 output_.health[3 * i + c] = static_cast<uint8_t>(filter_->sensor_health(c).state);
-        if (output_.ready) {
-            output_.ready[2 * i] = e.tilt_ready;
-            output_.ready[2 * i + 1] = e.heading_ready;
-        }
     }
 
 private:
@@ -214,14 +218,14 @@ hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_inp
     const hnav_status status = check_arrays(object, n, input, output);
     if (status != HNAV_OK || n == 0) return status;
     if (!object->turns_back()) return object->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
-    auto* backward = static_cast<PassEstimate*>(take_block(n * sizeof(PassEstimate)));
-    if (!backward) return object->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
+    auto* room = static_cast<PassEstimate*>(take_block(2 * n * sizeof(PassEstimate)));
+    if (!room) return object->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     object->reset();
     object->prefer_closed_form(true);
     Recording recording(object, n, take_in(*input), take_in(*output));
-    Smoother<Recording>(recording, backward).run();
+    Smoother<Recording>(recording, room).run();
     object->prefer_closed_form(false);
-    release_block(backward);
+    release_block(room);
     object->reset();
     return recording.status();
 }

@@ -10,7 +10,7 @@ using hnav::test::distance;
 namespace {
 
 PassEstimate estimate(test::Random& random) {
-    return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6), true, true};
+    return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6), true, true, true};
 }
 
 // Writes down what the smoother asks of it.
@@ -23,7 +23,7 @@ struct Log {
     };
     std::vector<Row> taken;
     std::vector<double> turned_back_at;
-    std::vector<std::size_t> written;
+    std::vector<std::size_t> written, recorded;
     bool backward = false, has_attitude = true;
     std::size_t stops_at_call = SIZE_MAX;
 
@@ -37,8 +37,9 @@ struct Log {
     bool started() { return has_attitude; }
     void turn_back(double t) { turned_back_at.push_back(t); }
     PassEstimate estimate() const {
-        return {{1, 0, 0, 0}, Matrix3::Identity(), Vector3::Constant(taken.back().rate_sign), Vector3::Ones(), true, true};
+        return {{1, 0, 0, 0}, Matrix3::Identity(), Vector3::Constant(taken.back().rate_sign), Vector3::Ones(), true, true, true};
     }
+    void record(std::size_t row) { recorded.push_back(row); }
     void write(std::size_t row, const PassEstimate& e) {
         EXPECT_LT(distance(e.bias, Vector3::Ones()), 1e-15); // that of the pass backwards comes with its sign changed back
         written.push_back(row);
@@ -46,8 +47,8 @@ struct Log {
 };
 
 bool smooth(Log& log) {
-    PassEstimate backward[3];
-    return Smoother<Log>(log, backward).run();
+    PassEstimate room[6];
+    return Smoother<Log>(log, room).run();
 }
 
 } // namespace
@@ -98,12 +99,52 @@ TEST(Fusion, IsReadyWhereTheEstimateIsThatKnowsTheAngleBetter) {
         }
 }
 
+namespace {
+
+// A smoothed heading that departs from the filter's by so many of the filter's sigmas, for ten seconds.
+bool less_likely(double sigmas) {
+    test::Random random(5);
+    const PassEstimate filter = estimate(random);
+    PassEstimate smoothed = filter;
+    const double angle = sigmas * std::sqrt(filter.rotation_covariance(2, 2));
+    smoothed.q_bn = multiply(rotation_quaternion({0, 0, angle}), filter.q_bn);
+    Hindsight hindsight;
+    for (int k = 0; k < 10; ++k) hindsight.note(filter, smoothed, 1);
+    return hindsight.is_less_likely();
+}
+
+} // namespace
+
+TEST(Hindsight, IsLessLikelyBetweenOneAndThreeSigmasOfTheFilter) {
+    EXPECT_FALSE(less_likely(0.9));
+    EXPECT_TRUE(less_likely(1.1));
+    EXPECT_TRUE(less_likely(2.9));
+    EXPECT_FALSE(less_likely(3.1)); // the filter was misled
+}
+
+TEST(Hindsight, KeepsTheHeadingOfTheFilterAndTheTiltOfTheSmoother) {
+    test::Random random(6);
+    const PassEstimate filter = estimate(random);
+    PassEstimate smoothed = estimate(random);
+    smoothed.heading_ready = false;
+    smoothed.q_bn = multiply(rotation_quaternion({1e-4, -2e-4, 0.05}), filter.q_bn);
+    const PassEstimate kept = keep_heading(filter, smoothed);
+    const Vector3 apart = rotation_vector(multiply(kept.q_bn, conjugate(filter.q_bn)));
+    EXPECT_NEAR(apart[0], 1e-4, 1e-5);
+    EXPECT_NEAR(apart[1], -2e-4, 1e-5);
+    EXPECT_NEAR(apart[2], 0, 1e-7);
+    EXPECT_TRUE(kept.heading_ready);
+    EXPECT_EQ(kept.rotation_covariance(2, 2), filter.rotation_covariance(2, 2));
+    EXPECT_EQ(kept.rotation_covariance(0, 0), smoothed.rotation_covariance(0, 0));
+}
+
 TEST(Smoother, GoesForwardAndTwiceThereAndBackAndWritesInTheLastPass) {
     Log log;
     ASSERT_TRUE(smooth(log));
     ASSERT_EQ(log.taken.size(), 15u);
     EXPECT_EQ(log.turned_back_at, (std::vector<double>{0, 10, 0, 10}));
     EXPECT_EQ(log.written, (std::vector<std::size_t>{0, 1, 2}));
+    EXPECT_EQ(log.recorded, log.written);
     for (int pass = 0; pass < 5; ++pass)
         for (std::size_t k = 0; k < 3; ++k) {
             const Log::Row& row = log.taken[3 * pass + k];

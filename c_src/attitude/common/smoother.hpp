@@ -1,7 +1,8 @@
 // Smoothing: a recording is filtered forward and backwards in time, and the two estimates of each row are fused.
 //
 // Forward, then twice backwards and forward, each pass started at the end of the one before: what was learnt of the sensors
-// serves all of the recording. The estimates of the last two passes are fused.
+// serves all of the recording. The estimates of the last two passes are fused. If the smoothed heading departs from that of the first pass,
+// which is the filter, by more than the filter's covariance allows, the heading of the filter is kept (Hindsight).
 #pragma once
 
 #include "maths/cholesky.hpp"
@@ -17,7 +18,7 @@ struct PassEstimate {
     Quaternion q_bn;
     Matrix3 rotation_covariance; // about the navigation axes
     Vector3 bias, bias_variance;
-    bool tilt_ready, heading_ready;
+    bool tilt_ready, heading_ready, started;
 };
 
 // Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
@@ -30,6 +31,7 @@ inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backwa
     const Matrix3 W = Cholesky<3>(P + backward.rotation_covariance).solve<3>(P).transpose();
     const Vector3 v = rotation_vector(multiply(backward.q_bn, conjugate(forward.q_bn)));
     PassEstimate fused;
+    fused.started = forward.started;
     fused.q_bn = multiply(rotation_quaternion(W * v), forward.q_bn);
     const Vector3 to_forward = W * v, to_backward = v - to_forward;
     const Matrix3 apart = to_forward * to_backward.transpose();
@@ -45,6 +47,45 @@ inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backwa
     return fused;
 }
 
+// Compares the smoothed heading of a whole recording with the filter's.
+//
+// If the models hold, the departure d of the smoothed heading has the variance P_f - P_s (Rauch, Tung and Striebel 1965), so the mean of
+// d^2 / P_f is below 1. A larger mean contradicts the smoother. A mean above 9, three sigmas over the whole recording, contradicts the
+// filter: a false field misled it from the start.
+class Hindsight {
+public:
+    // A row that stands for T seconds.
+    void note(const PassEstimate& filter, const PassEstimate& smoothed, double T) {
+        const double d = departure(filter, smoothed);
+        departure_ += T * d * d / filter.rotation_covariance(2, 2);
+        time_s_ += T;
+    }
+
+    bool is_less_likely() const {
+        constexpr double filter_wrong = 9;
+        return departure_ > time_s_ && departure_ < filter_wrong * time_s_;
+    }
+
+    // Of the smoothed heading from the filter's, about down, rad.
+    static double departure(const PassEstimate& filter, const PassEstimate& smoothed) {
+        return rotation_vector(multiply(smoothed.q_bn, conjugate(filter.q_bn)))[2];
+    }
+
+private:
+    double departure_ = 0, time_s_ = 0;
+};
+
+// The smoothed estimate with the heading of the filter.
+inline PassEstimate keep_heading(const PassEstimate& filter, const PassEstimate& smoothed) {
+    PassEstimate e = smoothed;
+    e.q_bn = multiply(rotation_quaternion<double>({0, 0, -Hindsight::departure(filter, smoothed)}), smoothed.q_bn);
+    e.rotation_covariance.row(2).setZero();
+    e.rotation_covariance.col(2).setZero();
+    e.rotation_covariance(2, 2) = filter.rotation_covariance(2, 2);
+    e.heading_ready = filter.heading_ready;
+    return e;
+}
+
 // A Recording knows its rows and the filter that they go through:
 //     std::size_t size() const                      rows, at least one
 //     double t_s(std::size_t row) const
@@ -55,49 +96,67 @@ inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backwa
 //     bool started()                                the filter has an attitude; false stops the smoother
 //     void turn_back(double t_s)                    time is reversed from here on, the next row at t_s
 //     PassEstimate estimate() const                 of the row that was taken last
+//     void record(std::size_t row)                  takes the filter's verdicts on the row, in the last pass
 //     void write(std::size_t row, const PassEstimate&)
 template <class Recording>
 class Smoother {
 public:
-    // backward: room for an estimate of each row.
-    Smoother(Recording& recording, PassEstimate* backward) : recording_(recording), backward_(backward) {}
+    // Room for two estimates of each row.
+    Smoother(Recording& recording, PassEstimate* room)
+        : recording_(recording), filter_(room), smoothed_(room + recording.size()) {}
 
     bool run() {
-        if (!pass_forward(false) || !recording_.started()) return false;
-        for (const bool last : {false, true}) {
+        if (!pass_forward(Pass::first) || !recording_.started()) return false;
+        for (const Pass pass : {Pass::second, Pass::last}) {
             recording_.turn_back(0);
-            if (!pass_backward(last)) return false;
+            if (!pass_backward(pass)) return false;
             recording_.turn_back(recording_.t_s(0));
-            if (!pass_forward(last)) return false;
+            if (!pass_forward(pass)) return false;
         }
+        write();
         return true;
     }
 
 private:
-    bool pass_forward(bool last) {
+    enum class Pass { first, second, last };
+
+    bool pass_forward(Pass pass) {
         for (std::size_t i = 0; i < recording_.size(); ++i) {
             if (!recording_.take(i, recording_.t_s(i), i, 1)) return false;
-            if (last) recording_.write(i, fuse(recording_.estimate(), backward_[i]));
+            if (pass == Pass::first) filter_[i] = recording_.estimate();
+            if (pass != Pass::last) continue;
+            smoothed_[i] = fuse(recording_.estimate(), smoothed_[i]);
+            recording_.record(i);
         }
         return true;
     }
 
+    void write() {
+        Hindsight hindsight;
+        for (std::size_t i = 1; i < recording_.size(); ++i)
+            if (filter_[i].started) hindsight.note(filter_[i], smoothed_[i], recording_.t_s(i) - recording_.t_s(i - 1));
+        const bool forgo = hindsight.is_less_likely();
+        for (std::size_t i = 0; i < recording_.size(); ++i)
+            recording_.write(i, forgo && filter_[i].started ? keep_heading(filter_[i], smoothed_[i]) : smoothed_[i]);
+    }
+
     // Time runs from the last row to the first. The rate changes its sign, and with it the bias; the sample that stood for
     // an interval stands on the interval's other end.
-    bool pass_backward(bool last) {
+    bool pass_backward(Pass pass) {
         const std::size_t n = recording_.size();
         for (std::size_t i = n; i-- > 0;) {
             const std::size_t rate_row = recording_.holds_backward() ? i + 1 : i > 0 ? i - 1 : n;
             if (!recording_.take(i, recording_.t_s(n - 1) - recording_.t_s(i), rate_row, -1)) return false;
-            if (!last) continue;
-            backward_[i] = recording_.estimate();
-            backward_[i].bias = -backward_[i].bias;
+            if (pass != Pass::last) continue;
+            smoothed_[i] = recording_.estimate();
+            smoothed_[i].bias = -smoothed_[i].bias;
         }
         return true;
     }
 
     Recording& recording_;
-    PassEstimate* backward_;
+    PassEstimate* filter_;
+    PassEstimate* smoothed_; // of the last pass backwards, until it is fused
 };
 
 } // namespace hnav
