@@ -58,6 +58,16 @@ def test_frames_are_a_choice(flight, tmp_path):
     assert not np.allclose(yaw["ned"], yaw["enu"])
 
 
+def test_a_grade_sets_options_of_the_filter(flight, tmp_path):
+    sigma = {}
+    for grade in ("consumer", "tactical"):
+        out = tmp_path / f"{grade}.csv"
+        assert hnav("filter", flight, "--mag-unit", "uT", "--grade", grade, "--out", out).returncode == 0
+        table = pd.read_csv(out, comment="#")
+        sigma[grade] = table[next(name for name in table if "bias" in name and "sigma" in name)][1]
+    assert sigma["consumer"] > 10 * sigma["tactical"]
+
+
 def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     pytest.importorskip("pygeomag")
     yaw = []
@@ -80,6 +90,9 @@ def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1", "--engine", "fmi3-cs"], "gamma"),
     (["filter", "FLIGHT", "--out", "OUT", "--frame", "down"], "--frame down"),
     (["filter", "FLIGHT", "--out", "OUT", "--preset", "best"], "preset"),
+    (["filter", "FLIGHT", "--out", "OUT", "--grade", "best"], "--grade best: choose one of consumer, industrial, tactical"),
+    (["filter", "FLIGHT", "--out", "OUT", "--grade", "consumer", "--sensor", "x.json"], "--grade and --sensor: give one of them"),
+    (["filter", "FLIGHT", "--out", "OUT", "--sensor", "nowhere.json"], "nowhere.json"),
     (["filter", "FLIGHT", "--out", "OUT", "--place-and-date", "48,11"], "write LAT,LON,HEIGHT,YEAR"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),

@@ -11,8 +11,8 @@ from hnav import Filter, HnavError, Ins, PlausibilityWarning, Recording, read
 from hnav.io.aids import AidSamples
 from hnav.io.plausibility import check
 from hnav.io.recordings import Origin, Unit
+from hnav.io.sensors import GRADES
 from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes, stay_of
-from hnav.systems.sensors import GRADES
 from motion import tilted_motion
 from studies.plausibility.faults import FAULTS
 from studies.plausibility.good import MOTIONS, good_recording

@@ -6,9 +6,10 @@ import math
 import fmpy
 import pytest
 
+from hnav import Options
 from hnav.errors import HnavError
 from hnav.fmi.fmus import fmu_path
-from hnav.systems.sensors import ENTRIES, GRADES, models_folder, read_grade
+from hnav.io.sensors import ENTRIES, GRADES, models_folder, read_grade
 
 
 def test_every_file_in_the_folder_is_a_grade_that_can_be_read():
@@ -110,7 +111,9 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
         (b"\xff\xfe", "grade.json: no JSON"),
         ("[" * 100_000, "grade.json: no JSON"),
         ("[]", "grade.json: no object of sensors"),
-        (GOOD | {"source": ""}, "grade.json: source is missing"),
+        (GOOD | {"name": ""}, "grade.json: name is missing"),
+        (GOOD | {"source": 1}, "grade.json: source is no text"),
+        (GOOD | {"version": 2}, "grade.json: version = 2: this hnav reads version 1"),
         (GOOD | {"baro": {}}, "grade.json: there is no sensor baro; there are gyro, accel, mag"),
         (GOOD | {"gyro": {"noize": {"value": 1, "unit": "1"}}}, "grade.json: gyro.noize is unknown"),
         (GOOD | {"gyro": {"noise": 1}}, "grade.json: gyro.noise must have value and unit"),
@@ -137,3 +140,23 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path, content, reason):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(HnavError, match="nothing.json"):
         read_grade(tmp_path / "nothing.json")
+
+
+def test_a_grade_sets_the_options_of_a_filter():
+    options, plain = Options("ahrs", sensor="consumer"), Options("ahrs")
+    assert options.start_sigma_accel_bias_m_s2 == pytest.approx(0.196, abs=0.002)  # 20 mg
+    assert options.start_sigma_bias_rad_s == pytest.approx(math.radians(0.5), rel=1e-3)
+    assert options.gyro_noise_rad_per_sqrt_s == pytest.approx(math.radians(0.42) / 60)
+    assert options.velocity_noise_m_s_per_sqrt_hz == plain.velocity_noise_m_s_per_sqrt_hz
+    assert Options("hrekf", sensor="consumer").mag_noise_per_sqrt_hz == pytest.approx(60e-9 / 5e-5)
+    assert Options("ahrs", sensor="consumer", start_sigma_bias_rad_s=0.5).start_sigma_bias_rad_s == 0.5
+    with pytest.raises(HnavError, match="sensor = consumer: ins has grades as presets: consumer, industrial"):
+        Options("ins", sensor="consumer")
+
+
+def test_a_file_of_one_figure_leaves_the_other_options(tmp_path):
+    file = tmp_path / "sensor.json"
+    file.write_text(json.dumps({"version": 1, "name": "robot", "accel": {"turn_on_bias": {"value": 0.3, "unit": "m/s2"}}}))
+    given, plain = Options("ahrs", sensor=file).as_dict(), Options("ahrs").as_dict()
+    assert {name for name in plain if given[name] != plain[name]} == {"start_sigma_accel_bias_m_s2"}
+    assert given["start_sigma_accel_bias_m_s2"] == 0.3

@@ -14,7 +14,7 @@ from scipy.stats import chi2
 from checkout import TOP, built_system
 from closed_loop import closed_run
 from hnav.fmi.fmus import fmu_path
-from hnav.systems.sensors import GRADES
+from hnav.io.sensors import GRADES
 from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SCENARIOS, grade_values
 from hnav.systems.turntable_system import TURNTABLE
 from importing import ecos

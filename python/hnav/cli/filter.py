@@ -28,6 +28,8 @@ from hnav.cli.parameters import (
     PlaceAndDate,
     Preset,
     Scheduler,
+    Sensor,
+    SensorGrade,
     Settings,
     Smooth,
     Strict,
@@ -41,13 +43,14 @@ from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
-from hnav.filters.options import Options, options_of_place
+from hnav.filters.options import Options, options_of_place, options_of_sensor
 from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
+from hnav.io.sensors import GRADES
 from hnav.reports.track_files import GPX, TUM, write_tum
 
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
@@ -97,8 +100,11 @@ def command(
     workers: Workers = 1,
     scheduler: Scheduler = None,
     place_and_date: PlaceAndDate = None,
+    grade: SensorGrade = None,
+    sensor: Sensor = None,
 ) -> None:
-    settings = [*settings_of_place(filter, place_and_date), *(settings or ())]
+    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
+    settings = [*(f"{name}={value}" for name, value in of_options.items()), *(settings or ())]
     wanted = Wanted(
         filter, engine, settings, preset, step, frame, reading, strict, force, smooth, calibration, gnss, truth, outages
     )
@@ -211,16 +217,34 @@ def with_frame(frame: str | None, settings: dict[str, str], data: Recording) -> 
     return settings | {"navigation_frame": "ned"}, note
 
 
-def settings_of_place(filter: str, place_and_date: str | None) -> list[str]:
-    """NAME=VALUE. Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
+def preset_and_settings(
+    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
+) -> tuple[str, dict[str, str]]:
+    """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
+    if grade is not None and filter == navigation.NAME:
+        return grade, settings_of_place(filter, place_and_date)
+    return preset, settings_of_sensor(filter, grade, sensor) | settings_of_place(filter, place_and_date)
+
+
+def settings_of_sensor(filter: str, grade: str | None, sensor: Path | None) -> dict[str, str]:
+    """Raises UsageError for both at once and for an unknown grade, HnavError for a file that holds no sensor."""
+    if grade is not None and sensor is not None:
+        raise UsageError("--grade and --sensor: give one of them")
+    if grade is not None and grade not in GRADES:
+        raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
+    return {name: str(value) for name, value in options_of_sensor(filter, sensor or grade).items()}
+
+
+def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:
+    """Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
     if place_and_date is None:
-        return []
+        return {}
     try:
         latitude_deg, longitude_deg, height_m, year = map(float, place_and_date.split(","))
     except ValueError:
         raise UsageError(f"--place-and-date {place_and_date}: write LAT,LON,HEIGHT,YEAR, as 48.1,11.6,500,2026.5") from None
     of_place = options_of_place(filter, (radians(latitude_deg), radians(longitude_deg), height_m, year))
-    return [f"{name}={value}" for name, value in of_place.items()]
+    return {name: str(value) for name, value in of_place.items()}
 
 
 def navigate(wanted: navigation.Wanted, reading: Reading, truth: Path | None, outages: str | None) -> None:

@@ -12,6 +12,7 @@ from hnav.cli.words import UsageError
 from hnav.filters.options import FILTERS
 from hnav.fmi.engines import ENGINES
 from hnav.io.readers import FORMATS
+from hnav.io.sensors import GRADES
 
 
 def _filter(said: str, *names: str) -> Any:
@@ -26,6 +27,12 @@ Calibration = Annotated[Path | None, typer.Option(metavar="FILE", help="Correct 
 PlaceAndDate = Annotated[
     str | None,
     typer.Option(metavar="LAT,LON,HEIGHT,YEAR", help="deg, deg, m, decimal year: the magnetic field of the place, true headings"),
+]
+SensorGrade = Annotated[
+    str | None, typer.Option(metavar="NAME", help=f"Grade of the sensors: {', '.join(GRADES)}; of the INS its preset")
+]
+Sensor = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Figures of the sensors by their datasheet: sensor.json; not for the INS")
 ]
 Gnss = Annotated[
     Path | None,

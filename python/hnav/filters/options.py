@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from hnav.errors import HnavValueError
 from hnav.filters.declination import field_of_place
+from hnav.io.sensors import read_grade
 from hnav.native.library import enumerators
 from hnav.native.options import OptionInfo, OptionSet, option_rows
 
@@ -43,6 +45,17 @@ def options_of_place(filter: str, place_and_date: Sequence[float] | None) -> dic
     return {name: value for name, value in of_place.items() if name in option_table(filter)}
 
 
+def options_of_sensor(filter: str, sensor: str | Path | None) -> dict[str, object]:
+    """What Options sets for a grade or a file sensor.json. Raises HnavError."""
+    if sensor is None:
+        return {}
+    if filter not in FILTERS:
+        raise HnavValueError(
+            "option", f"sensor = {sensor}: {filter} has grades as presets: {', '.join(PRESETS[filter])}", "sensor"
+        )
+    return read_grade(sensor).options(filter)
+
+
 class Options(OptionSet):
     """Options of a filter, as attributes; option_table(filter) tells unit, range and meaning of each.
 
@@ -51,18 +64,21 @@ class Options(OptionSet):
 
     filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. place_and_date: latitude and
     longitude in rad, height above the ellipsoid in m, decimal year; sets the reference field and the declination by the World
-    Magnetic Model. values: options that differ from the preset. Raises HnavValueError for filters, presets, names
-    (UnknownOptionError), values and places that do not exist.
+    Magnetic Model. sensor: a grade (consumer, industrial, tactical) or a file sensor.json (models/sensors/README.md), of the attitude
+    filters; the INS has grades as presets. values: options that differ from all these. Raises HnavValueError for filters, presets,
+    names (UnknownOptionError), values and places that do not exist, HnavError for a file that holds no sensor.
     """
 
-    def __init__(self, filter: str, preset: str = "default", place_and_date: Any = None, **values: object):
+    def __init__(self, filter: str, preset: str = "default", place_and_date: Any = None, sensor: Any = None, **values: object):
         option_table(filter)
         presets = PRESETS[filter]
         preset = presets[0] if preset == "default" else preset
         if preset not in presets:
             raise HnavValueError("option", f"preset = {preset}: {filter} has {', '.join(presets)}", "preset")
         self.__dict__["_preset"] = preset
-        self._fill(filter, presets.index(preset), options_of_place(filter, place_and_date) | values)
+        self._fill(
+            filter, presets.index(preset), options_of_sensor(filter, sensor) | options_of_place(filter, place_and_date) | values
+        )
 
     @property
     def filter(self) -> str:

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from hnav.filters.options import INS_PRESETS, Options
-from hnav.systems.sensors import DEG, G_M_S2
+from hnav.io.sensors import DEG, G_M_S2
 from hnav.systems.system_files import NOMINAL, Definition, Values
 
 PERIOD_S = 0.01

@@ -13,7 +13,7 @@ from typing import Any
 
 from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import parameter_values
-from hnav.systems.sensors import DEG, G_M_S2, read_grade
+from hnav.io.sensors import DEG, G_M_S2, read_grade
 from hnav.systems.structure import Value
 
 STRENGTH_TESLA = 5e-5

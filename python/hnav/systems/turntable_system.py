@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hnav.systems.sensors import GRADES
+from hnav.io.sensors import GRADES
 from hnav.systems.system_files import Definition
 from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SAMPLES, SCENARIOS, TRUTH, grade_values
 

@@ -23,7 +23,7 @@ from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
-from hnav.systems.sensors import GRADES
+from hnav.io.sensors import GRADES
 from studies.command import WORKERS, Trials, Workers, study, titled_table, tracked
 from studies.plausibility.faults import FAULTS, Fault
 from studies.plausibility.good import MOTIONS, good_recording

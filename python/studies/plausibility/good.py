@@ -8,9 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.io.recordings import Recording
+from hnav.io.sensors import GRADES, read_grade
 from hnav.simulation.imu_mag_sensor import ImuMagSensor, ImuMagSensorOptions
 from hnav.simulation.turntable import Truth
-from hnav.systems.sensors import GRADES, read_grade
 from hnav.units import G_M_S2
 
 RATE_HZ = 100.0

@@ -1,11 +1,11 @@
 """Grades of sensors (models/sensors): figures as datasheets give them, read, checked for units, turned into parameters.
 
-    grade = read_grade("industrial")
+    grade = read_grade("industrial")     # or a file: read_grade("sensor.json")
     grade.parameters()                   # of the FMU ImuMagSensor, by name
-    grade.filter_parameters()            # noise that a filter should be told
+    grade.options("ahrs")                # options of a filter: noise; of the AHRS start sigmas and ranges too
 
-A file holds, for gyro, accel and mag, entries {"value": number, "unit": text}. Every unit below is taken; others are
-refused with one line that names file, entry and unit.
+A file holds "version": 1, "name", and, for gyro, accel and mag, entries {"value": number, "unit": text} (models/sensors/README.md). Other
+units than those below are refused with one line that names file, entry and unit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,10 @@ from typing import Any
 from hnav.io.model_files import ModelFile, model_files
 
 GRADES = ("consumer", "industrial", "tactical")
+VERSION = 1
+"""Of the format; a file without a version has this one."""
 TEXTS = ("name", "source", "assumed")
+"""The name is required; the others state the source of the figures."""
 G_M_S2 = 9.80665
 DEG = math.pi / 180
 
@@ -109,6 +112,28 @@ class Grade:
             "mag_noise_per_sqrt_hz": v.get("mag.noise_nt_per_sqrt_hz", 0.0) * 1e-9 / strength_tesla,
         }
 
+    def options(self, filter: str) -> dict[str, object]:
+        """Options of an attitude filter, "ahrs" or "hrekf"; options without a figure keep their defaults."""
+        found = self.filter_parameters()
+        if filter == "ahrs":  # it estimates the noise of force and field
+            found = {name: value for name, value in found.items() if name.startswith("gyro")}
+            found |= {
+                option: math.hypot(*(self.values.get(name, 0.0) for name in names)) for option, names in AHRS_OPTIONS.items()
+            }
+        return {name: value for name, value in found.items() if value > 0}
+
+
+AHRS_OPTIONS = {
+    "start_sigma_bias_rad_s": ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s"),
+    "start_sigma_gyro_scale": ("gyro.scale_factor_sigma",),
+    "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
+    "start_sigma_accel_bias_m_s2": ("accel.bias_sigma_m_s2", "accel.bias_instability_m_s2"),
+    "gyro_range_rad_s": ("gyro.range_rad_s",),
+    "accel_range_m_s2": ("accel.range_m_s2",),
+    "mag_range_tesla": ("mag.range_tesla",),
+}
+"""Option of the AHRS: the figures whose root sum of squares it is."""
+
 
 def models_folder() -> Path:
     return model_files("sensors")
@@ -120,10 +145,14 @@ def read_grade(name_or_path: str | Path) -> Grade:
     file = ModelFile(path)
     if not isinstance(file.data, dict):
         file.refuse("no object of sensors")
+    if (version := file.data.get("version", VERSION)) != VERSION:
+        file.refuse(f"version = {version}: this hnav reads version {VERSION}")
     for text in TEXTS:
-        if not isinstance(file.data.get(text), str) or not file.data[text]:
-            file.refuse(f"{text} is missing")
-    unknown = sorted(set(file.data) - {*TEXTS} - set(ENTRIES))
+        if not isinstance(file.data.get(text, "-"), str):
+            file.refuse(f"{text} is no text")
+    if not file.data.get("name"):
+        file.refuse("name is missing")
+    unknown = sorted(set(file.data) - {"version", *TEXTS} - set(ENTRIES))
     if unknown:
         file.refuse(f"there is no sensor {unknown[0]}; there are {', '.join(ENTRIES)}")
     values = {}
