@@ -12,7 +12,7 @@ import recorded
 from command_line import hnav
 from hnav import HnavError, read
 from hnav.filters.noise import ENTRIES, TERMS, noise_of, still_parts
-from hnav.systems.sensors import ENTRIES as OF_FILES
+from hnav.io.sensors import ENTRIES as OF_FILES
 from studies.noise import DEG, GRADES, at_rest, bounds
 
 pytest.importorskip("allantools", reason="allantools is not installed")

@@ -41,7 +41,6 @@ Gnss = Annotated[
         help="Of --filter ins: satellites, pressure or wheels in a file of their own: a table, NMEA, a log of PX4 or ROS",
     ),
 ]
-Calibration = Annotated[Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")]
 TruthFile = Annotated[
     Path | None,
     typer.Option(

@@ -113,7 +113,11 @@ class FirstSamples:
         if not math.isnan(self.aid[0]):
             return level(force, self.aid[0]), self.aid[1]
         if field is None:
-            return (level(force, 0), math.sqrt(ANY_HEADING)) if has_lasted(t_s - self.samples.first_s, o.start_field_wait_s) else None
+            return (
+                (level(force, 0), math.sqrt(ANY_HEADING))
+                if has_lasted(t_s - self.samples.first_s, o.start_field_wait_s)
+                else None
+            )
         R_bn = triad(force, field)
         if R_bn is None:
             self.samples.forget()  # parallel: wait for better ones
