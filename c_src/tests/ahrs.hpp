@@ -28,6 +28,8 @@ inline hnav_ahrs_options ahrs_options() {
     o.rest_duration_s = 1.5;
     o.rest_filter_s = 0.5;
     o.mag_gate = 0.035;
+    o.reference_strength_tolerance = 0.05;
+    o.reference_dip_tolerance_rad = 3 * deg;
     o.mag_gate_max_s = 60;
     o.mag_gate_share = 3;
     o.turning_rad_s = 0.35;

@@ -251,7 +251,9 @@ TEST(Hrekf, WithoutAMagnetometerTheHeadingSigmaGrows) {
 
 TEST(Frames, ALevelBodyAtRestHasNoRollPitchAndTheHeadingOfItsField) {
     for (const double heading : {-170.0, -45.0, 0.0, 30.0, 90.0}) {
-        Handle f(defaults());
+        hnav_hrekf_options o = defaults();
+        o.start_samples = 1;
+        Handle f(o);
         const double c = std::cos(heading * deg), s = std::sin(heading * deg);
         const Row row{0, {{0, 0, 0}}, {{0, 0, -9.81}}, {{2e-5 * c, -2e-5 * s, 4.5e-5}}};
         f.push(row);

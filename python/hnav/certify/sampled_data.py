@@ -57,7 +57,12 @@ Z = 18
 MULTIPLIERS = 9  # tau: of D (11, 22, 12), of the equalities (11, 22, 12), of s and n; last kappa
 FIRST_VERTICES, NEW_VERTICES, PASSES = 10, 8, 12
 ACTIVE = 2.0  # times the margin: a constraint whose smallest eigenvalue is below
-MOST_ITERATIONS = 100  # of the solver; a question that can be answered takes 15 to 40, one at the limit of the rate up to 100
+# The cost is needed roughly, the constraints well. For blocks of this size faer takes half the time of the default, and more threads
+# gain nothing. A question that can be answered takes 15 to 40 iterations, one at the limit of the rate up to 100.
+SOLVER = {
+    "verbose": False, "max_threads": 1, "direct_solve_method": "faer", "tol_gap_abs": 1e-3, "tol_gap_rel": 1e-3, "tol_feas": 1e-8,
+    "max_iter": 100,
+}  # fmt: skip
 CHECKED_AT_ONCE = 1000  # corrections, so that long records fit into memory
 LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
 
@@ -175,15 +180,12 @@ def smallest(cost: np.ndarray, blocks: list[Block]) -> np.ndarray | None:
     import clarabel
 
     A, b, sizes = cone_rows(blocks, len(cost))
-    settings = clarabel.DefaultSettings()
-    # The cost is needed roughly, the constraints well. For blocks of this size faer takes half the time of the default, and
-    # more threads gain nothing.
-    settings.verbose, settings.max_threads, settings.direct_solve_method = False, 1, "faer"
-    settings.tol_gap_abs = settings.tol_gap_rel = 1e-3
-    settings.tol_feas, settings.max_iter = 1e-8, MOST_ITERATIONS
     good = (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
     # Clarabel's scaling of rows and columns is faster for one place, and breaks down at the first step for many.
-    for settings.equilibrate_enable in (True, False):
+    for scaled in (True, False):
+        settings = clarabel.DefaultSettings()
+        for name, value in (SOLVER | {"equilibrate_enable": scaled}).items():
+            setattr(settings, name, value)
         cones = [clarabel.PSDTriangleConeT(n) for n in sizes]
         answer = clarabel.DefaultSolver(csc_matrix((len(cost), len(cost))), cost, A, b, cones, settings).solve()
         if answer.status in good:
