@@ -187,7 +187,9 @@ class Gain(NamedTuple):
 
 SETTLING_S, WINDOW_S = 20.0, 10.0  # of the corrected adaptation
 
-GAP_INTERVALS = 3  # a time without rates longer than so many usual intervals is a gap (c_src/signals/sampling.hpp)
+GAP_INTERVALS = (
+    3 + 1e-3
+)  # a time without rates longer than so many usual intervals is a gap; rounding decides no tie (signals/sampling.hpp)
 LONGEST_GAP_S = 1.0  # after a longer one the attitude is initialised again
 CHANGE_MEMORY_S, GAP_TURN_FACTOR = 2.0, 2.5  # of the mean square change of the rate; the share of it that a gap may hide
 MEAN_FORCE_S, FAR_COSINE, GRAVITY_M_S2 = 1.0, 0.76, 9.80665  # a mean force 40 deg off the vertical: the attitude is lost
