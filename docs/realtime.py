@@ -4,8 +4,8 @@
 
 listens on port 5005 of this machine and sends to port 5006. One sample in a datagram, as text: its time in s and nine numbers,
 the rate in rad/s, the specific force in m/s2 and the field in T, in sensor axes; nan where there is no new field. One answer
-for each sample: time, quaternion (scalar first, body to north-east-down), heading and its sigma in deg, and 1 when the
-heading is ready.
+for each sample after the start, which takes two samples of the field: time, quaternion (scalar first, body to north-east-down), heading
+and its sigma in deg, and 1 when the heading is ready.
 
 A serial port instead: pip install pyserial, and read lines by `serial.Serial("/dev/ttyUSB0", 115200)` in the place of recv.
 """

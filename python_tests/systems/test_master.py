@@ -117,7 +117,8 @@ def test_every_value_carries_the_time_at_which_it_was_put_out(turntable):
 
 def test_inputs_of_the_system_are_held_over_the_step(needed, tmp_path):
     connections = [("heading", "filter.aid.heading"), ("good", "filter.aid.valid")]
-    folder = make_system(tmp_path, {"filter": "Hrekf"}, connections, inputs={"heading": "Real", "good": "Boolean"})
+    one = {"filter.start.start_samples": 1}
+    folder = make_system(tmp_path, {"filter": "Hrekf"}, connections, one, inputs={"heading": "Real", "good": "Boolean"})
     steps = 20
     with read_system(folder) as system:
         good = np.arange(steps) < 12
