@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import resource
 import subprocess
 import sys
@@ -55,14 +54,24 @@ def write_rows(path: Path, rows: int) -> None:
             file.writelines(f"{(first + k) * INTERVAL_S:.2f},{period[k]}\n" for k in range(count))
 
 
+LAUNCHER = """
+import resource, subprocess, sys
+code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+"""
+
+
 def _cost(command: list[str]) -> tuple[float, float]:
-    """Seconds of the processor and the most memory in MB of a process. Raises UsageError when it fails."""
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise UsageError(f"{' '.join(command[2:])}: exit status {process.returncode}")
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+    """Seconds of the processor and the most memory in MB of a process. Raises UsageError when it fails.
+
+    A small process starts it: the largest memory of a process includes that of its parent at the start.
+    """
+    done = subprocess.run([sys.executable, "-c", LAUNCHER, *command], stdout=subprocess.PIPE, text=True, check=True)
+    code, cpu_s, memory_mb = map(float, done.stdout.split())
+    if code:
+        raise UsageError(f"{' '.join(command[2:])}: exit status {code:.0f}")
+    return cpu_s, memory_mb
 
 
 class OfFilters(NamedTuple):

@@ -94,12 +94,14 @@ def with_unit(column: Column, text: str) -> Column:
     return replace(column, unit=spelled, strange="" if spelled or not may_be_unit(text) else text.strip())
 
 
-@functools.lru_cache(maxsize=4096)  # a text that names its numbers asks in each line
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
     """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
+    return None if len(name.strip()) > LONGEST_NAME else _column_of(name, place, sensor)
+
+
+@functools.lru_cache(maxsize=4096)  # a text that names its numbers asks in each line
+def _column_of(name: str, place: int, sensor: str | None) -> Column | None:
     text = name.strip().strip('"').lstrip("#% ")
-    if len(text) > LONGEST_NAME:
-        return None
     if text in CSV_COLUMNS:
         return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
     bare, unit, index = _split(text)
