@@ -315,12 +315,13 @@ bool Model::velocity_fits(State& s, const Event& event) const {
 bool Model::position_jumped(State& s, const Event& event) const {
     const double* z = event.value[position];
     FreeGates& g = s.gates;
+    // 4 m/s2, which no vehicle has for long, and a position that is late by five sigmas of the latency, are no jump.
+    constexpr double half_acceleration_m_s2 = 2, latencies = 5, fresh_s = 1.1;
     const double since_s = event.t_s - g.position_s, sigmas = 6 * z[3];
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    const bool fresh = is_within(event.t_s - g.velocity_s, 1.1);
-    if (fresh && off.head<2>().norm() > sigmas + 2 * since_s * since_s + 5 * options_.start_sigma_latency_s * since_s)
-        vec(g.jump) += off;
+    const double moved_m = half_acceleration_m_s2 * since_s * since_s + latencies * options_.start_sigma_latency_s * since_s;
+    if (is_within(event.t_s - g.velocity_s, fresh_s) && off.head<2>().norm() > sigmas + moved_m) vec(g.jump) += off;
     vec(g.position) = now;
     g.position_s = event.t_s;
     if (vec(g.jump).head<2>().norm() > sigmas) return true;

@@ -126,16 +126,16 @@ double Model::misfit(const State& s, double now_s) const {
     // an unknown bias of the accelerometers, have a mean too: it counts by this part.
     constexpr double begins = 20, ends = 3, long_part = 0.25;
     // Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
-    const bool by_velocity = now_s - s.last_s[velocity] < silent_s && s.refused_in_row[velocity] == 0;
-    const bool doubted = now_s - s.doubted_s < lasts_s;
+    const bool by_velocity = is_within(now_s - s.last_s[velocity], silent_s) && s.refused_in_row[velocity] == 0;
+    const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
     // Without a heading that is claimed there is nothing to take back, and the linearisation is coarse.
-    if (!doubted && !(now_s - s.heading_since_s > options_.ready_hold_s)) return 1;
+    if (!doubted && !has_passed(now_s - s.heading_since_s, options_.ready_hold_s)) return 1;
     const Consistency& fit = s.fit(by_velocity ? velocity : position);
     const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : begins);
     if (misfit > 1) return std::fmin(fastest, misfit);
     // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
     const bool swallows =
-        vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && now_s - s.last_s[velocity] > silent_s;
+        vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && has_passed(now_s - s.last_s[velocity], silent_s);
     return swallows ? 1 + s.window.length_s / grows_s : 1;
 }
 
@@ -167,7 +167,7 @@ void Model::doubt(State& s, Covariance& P, double now_s) const {
 // A velocity that is refused while positions fit is wrong itself.
 bool Model::is_supported(const State& s, int channel, double now_s) {
     constexpr double fresh_s = 3, outliers = 4; // more in a row are none
-    return channel == velocity && now_s - s.last_s[position] < fresh_s && s.refused_in_row[position] < outliers &&
+    return channel == velocity && is_within(now_s - s.last_s[position], fresh_s) && s.refused_in_row[position] < outliers &&
            s.fit(position).bias() < usual_bias;
 }
 
@@ -180,7 +180,7 @@ bool Model::first_were_wrong(const State& s, double now_s) {
 // Whether what is refused has been for so long that it is believed. No error of satellites is as large as some kilometres: such positions are
 // another receiver's, or none. First positions have to last themselves before later ones are doubted for long.
 bool Model::outlasts(const State& s, int channel, double off_m, double now_s) const {
-    constexpr double in_row = 3, far_m = 5e3, longer = 8;
+    constexpr double in_row = 3, far_m = 5e3, longer = 8; // refusals; m; of the usual patience: chosen
     const double since_s = s.refused_since_s[channel];
     double patience_s = options_.gate_longest_s;
     if (channel == position) patience_s = std::fmin((off_m > far_m ? longer : 1) * patience_s, since_s - s.placed_s);
@@ -258,7 +258,7 @@ void Model::begin_anew_if_wrong(State& s, double now_s) const {
 // Heading, tilt and biases: of all that was learnt nothing is kept. Where that has not helped for long, biases may be larger than their priors.
 void Model::begin_all_anew(State& s, double now_s) const {
     constexpr double soon_s = 120, wider = 5, widest = 100;
-    s.bias_doubt = now_s - s.anew_s < soon_s && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_doubt) : 1;
+    s.bias_doubt = is_within(now_s - s.anew_s, soon_s) && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_doubt) : 1;
     s.anew_s = now_s;
     ++s.times_lost;
     // Motion that did not fit is the better witness against a compass.

@@ -1,5 +1,5 @@
-// Speed along the body, and what wheels forbid. While the heading is unknown so is the direction of the estimated velocity in the body, but that
-// of a car is told by its wheels: rows are linearised about it, and no heading is guessed.
+// Speed along the body, and what wheels forbid. While the heading is unknown so is the direction of the estimated velocity in the body. The wheels
+// measure that of a car: rows are linearised about their velocity, so that no heading is assumed.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
