@@ -131,14 +131,6 @@ inline void look(const hnav_filter* filter) {
     for (int i = 0; i < nx; ++i) HOLDS(nominal[i] > 0);
 }
 
-inline std::vector<unsigned char> saved(const hnav_filter* filter) {
-    std::size_t size = 0;
-    HOLDS(hnav_filter_state_size(filter, &size) == HNAV_OK && size > 0);
-    std::vector<unsigned char> state(size);
-    HOLDS(hnav_filter_save(filter, state.data(), size) == HNAV_OK);
-    return state;
-}
-
 // A body at rest in mid latitudes, slightly turned: samples that no filter has reason to refuse.
 inline hnav_status push_good(hnav_filter* filter, double t_s) {
     const double rate[3] = {1e-3, -2e-3, 5e-4}, force[3] = {0.4, -0.3, -9.79}, field[3] = {2.0e-5, 1.0e-6, 4.3e-5};

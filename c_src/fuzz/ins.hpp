@@ -3,17 +3,7 @@
 
 #include "invariant.hpp"
 
-#include <vector>
-
 namespace fuzz {
-
-inline std::vector<unsigned char> saved_ins(const hnav_filter* filter) {
-    std::size_t size = 0;
-    HOLDS(hnav_filter_state_size(filter, &size) == HNAV_OK && size > 0);
-    std::vector<unsigned char> state(size);
-    HOLDS(hnav_filter_save(filter, state.data(), size) == HNAV_OK);
-    return state;
-}
 
 // Every output: finite, and nothing that is estimated is certain; nothing before there is a tilt.
 inline void look_at_ins(const hnav_filter* filter) {

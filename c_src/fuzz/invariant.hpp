@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <vector>
 
 #define HOLDS(condition)                                                                                                         \
     do {                                                                                                                         \
@@ -71,6 +72,14 @@ inline bool semidefinite(const double* P, int n) {
             for (int j = k + 1; j < n; ++j) A[i * n + j] -= A[i * n + k] * A[k * n + j] / A[k * n + k];
     }
     return true;
+}
+
+inline std::vector<unsigned char> saved(const hnav_filter* filter) {
+    std::size_t size = 0;
+    HOLDS(hnav_filter_state_size(filter, &size) == HNAV_OK && size > 0);
+    std::vector<unsigned char> state(size);
+    HOLDS(hnav_filter_save(filter, state.data(), size) == HNAV_OK);
+    return state;
 }
 
 } // namespace fuzz

@@ -305,7 +305,7 @@ private:
         switch (random_.choice(3)) {
         case 0: HOLDS(hnav_filter_reset(filter_) == HNAV_OK); break;
         case 1:
-            state_ = fuzz::saved_ins(filter_);
+            state_ = fuzz::saved(filter_);
             saved_t_s_ = t_s_;
             break;
         default:

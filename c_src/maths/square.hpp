@@ -1,5 +1,7 @@
-// x^2, for readable expressions.
+// x^2, for readable expressions; the variance of an angle that may be any.
 #pragma once
+
+#include <cmath>
 
 namespace hnav {
 
@@ -7,5 +9,9 @@ template <class R>
 constexpr R square(R x) {
     return x * x;
 }
+
+// Of a uniform distribution over a turn, rad^2.
+template <class R>
+constexpr R any_angle_variance = R(M_PI * M_PI / 3);
 
 } // namespace hnav

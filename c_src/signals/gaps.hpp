@@ -2,6 +2,7 @@
 #pragma once
 
 #include "maths/rotation.hpp"
+#include "maths/square.hpp"
 #include "signals/sampling.hpp"
 
 namespace hnav {
@@ -27,8 +28,7 @@ struct RateChange {
 
     // The same when an estimate is shown silence_s after its newest event; usual_s: between two samples of the rate.
     R silence_variance(double silence_s, double usual_s, R factor) const {
-        constexpr R any_angle = R(M_PI * M_PI / 3);
-        return is_gap(silence_s, usual_s) ? std::fmin(any_angle, gap_variance(R(silence_s), false, factor)) : 0;
+        return is_gap(silence_s, usual_s) ? std::fmin(any_angle_variance<R>, gap_variance(R(silence_s), false, factor)) : 0;
     }
 };
 

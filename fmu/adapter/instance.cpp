@@ -275,7 +275,7 @@ void Instance::say_what_was_lost(double apart_s) {
         told_mistaken_ = true;
         fail(
             "warning: %s changed for the first time after samples had been taken at the period of its sensor; they are forgotten, and "
-            "the counter tells of samples from now on: set sampling_mode = counter",
+            "the counter marks samples from now on: set sampling_mode = counter",
             by);
     }
     if (told_lost_) return;

@@ -202,7 +202,7 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
 // led by whichever is false.
 template <class R>
 void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows) {
-    constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10, any_heading = R(M_PI * M_PI / 3);
+    constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10;
     const R T = s.field_s;
     if (verdict == FieldVerdict::accept) {
         const R lasted_s = std::fmin(s.contradicted_s, forgotten_s);
@@ -212,7 +212,7 @@ void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRo
     }
     const R doubt = std::fmax(R(0), 1 - s.field.heading_trust_s / trusted_s);
     const R apart_rad = std::fmin(R(1), rows.deviation() / rows.H);
-    s.heading_doubt = std::fmin(any_heading, s.heading_doubt + doubt * per_s * T * apart_rad * apart_rad);
+    s.heading_doubt = std::fmin(any_angle_variance<R>, s.heading_doubt + doubt * per_s * T * apart_rad * apart_rad);
     s.contradicted_s += T;
 }
 

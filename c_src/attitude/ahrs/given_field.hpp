@@ -8,6 +8,7 @@
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/common/start.hpp"
 #include "hnav/options/ahrs.h"
+#include "maths/square.hpp"
 
 namespace hnav {
 
@@ -33,9 +34,8 @@ struct GivenField {
 
     // Of the azimuth, rad^2: the disturbance has as large a component across the meridian as in each of the two intensities.
     R azimuth_variance(R h, R z) const {
-        constexpr R any_azimuth = R(M_PI * M_PI / 3);
         const R north = h - horizontal, vertical = z - down, across2 = (north * north + vertical * vertical) / 2;
-        return std::fmin(any_azimuth, across2 / (h * h + across2 / any_azimuth));
+        return std::fmin(any_angle_variance<R>, across2 / (h * h + across2 / any_angle_variance<R>));
     }
 };
 

@@ -28,6 +28,7 @@
 #include "attitude/ahrs/state.hpp"
 #include "base/instant.hpp"
 #include "maths/scalar.hpp"
+#include "maths/square.hpp"
 
 #include <cstddef>
 #include <utility>
@@ -167,9 +168,8 @@ private:
 
     // Variance of the heading beside that of P: the reference may be false.
     R heading_doubt(const State& s) const {
-        constexpr R any_heading = R(M_PI * M_PI / 3);
         const bool field_alone = !reference_given(options_) && s.used[heading] == 0;
-        return std::fmin(any_heading, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
+        return std::fmin(any_angle_variance<R>, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
     }
     // The earth's field is 22 to 67 uT strong; a reference that is not, within the scale errors of usual magnetometers, has a
     // part of at least the difference that is not the earth's, in any direction.

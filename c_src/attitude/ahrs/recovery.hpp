@@ -48,8 +48,7 @@ void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
 template <class R>
 void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
     constexpr R any_tilt_rad = 1;
-    const R any_heading = R(M_PI * M_PI / 3);
-    const R heading_variance = std::fmin(any_heading, c.heading_variance() + heading_sigma * heading_sigma);
+    const R heading_variance = std::fmin(any_angle_variance<R>, c.heading_variance() + heading_sigma * heading_sigma);
     forget_rotation(c.P, any_tilt_rad * any_tilt_rad, heading_variance);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;

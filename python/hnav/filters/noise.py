@@ -19,6 +19,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.recordings import ARRAYS, Recording
+from hnav.io.sensors import VERSION
 from hnav.native.arrays import Array, stretches
 from hnav.units import G_M_S2
 
@@ -30,7 +31,7 @@ QUIET = 3.0
 TURNS_RAD_S = np.radians(1.0)
 """A window whose mean rate is so far from the median of the others turns evenly."""
 LEAST_S = 20.0
-"""Of a still part: less tells of no more than white noise."""
+"""Of a still part: a shorter one determines the white noise only."""
 PART_OF_LENGTH = 5
 """The longest tau is this part of the longest still part."""
 FIRST = 8
@@ -226,7 +227,7 @@ def _fit(tau_s: Array, variance: Array, degrees: Array, rng: np.random.Generator
 
 def sensor_file(found: Mapping[str, SensorNoise], name: str) -> dict[str, Any]:
     """What a sensor file holds: of each sensor the figures that the recordings tell, in units of datasheets."""
-    data: dict[str, Any] = {"version": 1, "name": name, "source": "Allan deviation of recordings at rest, by hnav noise."}
+    data: dict[str, Any] = {"version": VERSION, "name": name, "source": "Allan deviation of recordings at rest, by hnav noise."}
     for sensor, noise in found.items():
         data[sensor] = {"period": {"value": float(f"{1e3 / noise.rate_hz:.6g}"), "unit": "ms"}}
         for term, (entry, unit, si) in ENTRIES[sensor].items():

@@ -16,13 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from hnav.io.model_files import ModelFile, model_files
+from hnav.units import G_M_S2
 
 GRADES = ("consumer", "industrial", "tactical")
 VERSION = 1
 """Of the format; a file without a version has this one."""
 TEXTS = ("name", "source", "assumed")
 """The name is required; the others state the source of the figures."""
-G_M_S2 = 9.80665
+
 DEG = math.pi / 180
 
 # Factors from each unit to the one of the parameter.

@@ -12,7 +12,7 @@ from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference.first_samples import G_M_S2, AgreeingSamples
 from hnav.reference.ins import cross_matrix, turned
-from hnav.reference.times import has_lasted, has_passed, is_within
+from hnav.reference.times import has_lasted, has_passed, is_gap, is_within, usual_interval
 
 ANY_HEADING = math.pi**2 / 3
 """The variance of a heading of which nothing is known."""
@@ -73,7 +73,7 @@ class SampleTimes:
         self.max_interval_s, self.last_s, self.usual_s = max_interval_s, math.nan, 0.0
 
     def is_gap(self, t_s: float) -> bool:
-        return self.usual_s > 0 and t_s - self.last_s > (3 + 1e-3) * self.usual_s
+        return is_gap(t_s - self.last_s, self.usual_s)
 
     def interval(self, t_s: float) -> float:
         """The time since the last sample, or the usual time after a gap; the first sample stands for none."""
@@ -81,11 +81,7 @@ class SampleTimes:
         return min(self.usual_s if self.is_gap(t_s) else since_s, self.max_interval_s) if since_s > 0 else 0.0
 
     def note(self, t_s: float) -> None:
-        since_s = t_s - self.last_s
-        if since_s > 0 and self.usual_s > 0:
-            self.usual_s = 1.2 * self.usual_s if self.is_gap(t_s) else self.usual_s + 0.1 * (since_s - self.usual_s)
-        elif since_s > 0:
-            self.usual_s = since_s
+        self.usual_s = usual_interval(t_s - self.last_s, self.usual_s)
         self.last_s = t_s
 
 

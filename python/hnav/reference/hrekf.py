@@ -28,7 +28,7 @@ from scipy.optimize import brentq
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.reference.first_samples import AgreeingSamples
-from hnav.reference.times import has_lasted
+from hnav.reference.times import has_lasted, is_gap, usual_interval
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 
@@ -187,26 +187,9 @@ class Gain(NamedTuple):
 
 SETTLING_S, WINDOW_S = 20.0, 10.0  # of the corrected adaptation
 
-GAP_INTERVALS = (
-    3 + 1e-3
-)  # a time without rates longer than so many usual intervals is a gap; rounding decides no tie (signals/sampling.hpp)
 LONGEST_GAP_S = 1.0  # after a longer one the attitude is initialised again
 CHANGE_MEMORY_S, GAP_TURN_FACTOR = 2.0, 2.5  # of the mean square change of the rate; the share of it that a gap may hide
 MEAN_FORCE_S, FAR_COSINE, GRAVITY_M_S2 = 1.0, 0.76, 9.80665  # a mean force 40 deg off the vertical: the attitude is lost
-
-
-def is_gap(since_s: float, usual_s: float) -> bool:
-    """Whether samples are missing, by the time since the last one and the usual time between two (0: not known)."""
-    return usual_s > 0 and since_s > GAP_INTERVALS * usual_s
-
-
-def usual_interval(since_s: float, usual_s: float) -> float:
-    """The usual time between two samples, updated by the interval since_s (NaN: first sample)."""
-    if not since_s > 0:
-        return usual_s
-    if not usual_s > 0:
-        return since_s
-    return 1.2 * usual_s if is_gap(since_s, usual_s) else usual_s + 0.1 * (since_s - usual_s)
 
 
 class ReferenceFilter:

@@ -1,6 +1,8 @@
 """Lengths of time against a limit: rounding of stamps decides no tie, here as in c_src/base/instant.hpp."""
 
 TIE_SHARE = 1e-4
+GAP_INTERVALS = 3 + 1e-3
+"""Samples are missing after so many usual intervals: two lost ones are the limit itself (c_src/signals/sampling.hpp)."""
 
 
 def has_lasted(length_s: float, limit_s: float) -> bool:
@@ -14,3 +16,17 @@ def has_passed(length_s: float, limit_s: float) -> bool:
 def is_within(length_s: float, limit_s: float) -> bool:
     """Not the contrary of has_lasted for NaN: no time at all is neither."""
     return bool(length_s < (1 - TIE_SHARE) * limit_s)
+
+
+def is_gap(since_s: float, usual_s: float) -> bool:
+    """Whether samples are missing, by the time since the last one and the usual time between two (0: not known)."""
+    return usual_s > 0 and since_s > GAP_INTERVALS * usual_s
+
+
+def usual_interval(since_s: float, usual_s: float) -> float:
+    """The usual time between two samples, updated by the interval since_s (NaN: first sample)."""
+    if not since_s > 0:
+        return usual_s
+    if not usual_s > 0:
+        return since_s
+    return 1.2 * usual_s if is_gap(since_s, usual_s) else usual_s + 0.1 * (since_s - usual_s)

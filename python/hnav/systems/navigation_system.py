@@ -12,8 +12,9 @@ import sys
 from pathlib import Path
 
 from hnav.filters.options import INS_PRESETS, Options
-from hnav.io.sensors import DEG, G_M_S2
+from hnav.io.sensors import DEG
 from hnav.systems.system_files import NOMINAL, Definition, Values
+from hnav.units import G_M_S2
 
 PERIOD_S = 0.01
 ROOT_HOUR = 60.0

@@ -13,8 +13,9 @@ from typing import Any
 
 from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import parameter_values
-from hnav.io.sensors import DEG, G_M_S2, read_grade
+from hnav.io.sensors import DEG, read_grade
 from hnav.systems.structure import Value
+from hnav.units import G_M_S2
 
 STRENGTH_TESLA = 5e-5
 COMPONENTS = {"turntable": "Turntable", "sensor": "ImuMagSensor", "hekf": "Hrekf", "hrekf": "Hrekf", "ahrs": "Ahrs"}
