@@ -32,6 +32,16 @@ def test_filter_stops_with_the_cure_and_the_cure_cures(in_g, tmp_path):
     assert not hnav("filter", in_g, "--accel-unit", "g", "--out", out).stderr
 
 
+@pytest.mark.parametrize("said", [["--hemisphere", "south"], ["--place-and-date", "-33.9,151.2,10,2026.5"], ["--force"]])
+def test_a_field_that_points_up_has_to_be_said_to_be_right(tmp_path, motion, said):
+    upward = recorded.house(tmp_path, replace(motion, force_b_m_s2=-motion.force_b_m_s2))
+    out = tmp_path / "out.csv"
+    refused = hnav("filter", upward, "--out", out)
+    assert refused.returncode == 2 and not out.is_file()
+    assert "use --axes accel=-x,-y,-z; or say --hemisphere south" in refused.stderr
+    assert hnav("filter", upward, *said, "--out", out).returncode == 0 and out.is_file()
+
+
 def test_strict_refuses_before_anything_is_written(in_g, tmp_path):
     out = tmp_path / "out.csv"
     refused = hnav("filter", in_g, "--strict", "--out", out)

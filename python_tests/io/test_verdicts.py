@@ -73,7 +73,7 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "rates negated": ("stops", partial(changed, rate_b_rad_s=lambda v: -v)),
     "force swapped": ("stops", partial(changed, force_b_m_s2=lambda v: v[:, SWAPPED])),
     "field swapped": ("stops", partial(changed, field_b_tesla=lambda v: v[:, SWAPPED])),
-    "force negated": ("warned", partial(changed, force_b_m_s2=lambda v: -v)),
+    "force negated": ("stops", partial(changed, force_b_m_s2=lambda v: -v)),
     "field of zeros": ("warned", partial(changed, field_b_tesla=lambda v: 0 * v)),
     "field stuck": ("warned", partial(changed, field_b_tesla=lambda v: 0 * v + [2e-5, 0, 4e-5])),
     "field in another unit": ("right", partial(table, "time_s|gyro_{axis}|acc_{axis}|mag_{axis} [T]", 1, 1, 1e4)),
@@ -98,7 +98,7 @@ def verdict(path: Path, truth: Recording) -> str:
         assert "\n" not in str(error) and path.name in str(error)
         return "refused"
     findings = recording.check()
-    if any(finding.is_meaningless and finding.cure for finding in findings):
+    if any(finding.stops and finding.cure for finding in findings):
         return "stops"
     run = Filter("ahrs").run_recording(recording)
     t_s = run.t_s - run.t_s[0] + truth.t_s[0]

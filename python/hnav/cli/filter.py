@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
 from typing import Annotated
@@ -48,6 +48,7 @@ from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
+from hnav.io.plausibility import hemisphere_at
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES
@@ -105,6 +106,8 @@ def command(
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     settings = [*(f"{name}={value}" for name, value in of_options.items()), *(settings or ())]
+    if place_and_date is not None and reading.hemisphere is None:
+        reading = replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))
     wanted = Wanted(
         filter, engine, settings, preset, step, frame, reading, strict, force, smooth, calibration, gnss, truth, outages
     )
@@ -239,12 +242,16 @@ def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]
     """Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
     if place_and_date is None:
         return {}
+    return {name: str(value) for name, value in options_of_place(filter, place_of(place_and_date)).items()}
+
+
+def place_of(place_and_date: str) -> tuple[float, float, float, float]:
+    """Latitude and longitude in rad, height in m, and year. Raises UsageError."""
     try:
         latitude_deg, longitude_deg, height_m, year = map(float, place_and_date.split(","))
     except ValueError:
         raise UsageError(f"--place-and-date {place_and_date}: write LAT,LON,HEIGHT,YEAR, as 48.1,11.6,500,2026.5") from None
-    of_place = options_of_place(filter, (radians(latitude_deg), radians(longitude_deg), height_m, year))
-    return {name: str(value) for name, value in of_place.items()}
+    return radians(latitude_deg), radians(longitude_deg), height_m, year
 
 
 def navigate(wanted: navigation.Wanted, reading: Reading, truth: Path | None, outages: str | None) -> None:

@@ -51,6 +51,12 @@ class Finding:
         return self.certain and self.sensor in MEANINGLESS.get(self.code, ())
 
     @property
+    def stops(self) -> bool:
+        """Whether nothing is to be estimated before the fault is mended, or before the user has said which side of the magnetic
+        equator it is: without that a negated force looks like the other side."""
+        return self.is_meaningless or self.code == "sign"
+
+    @property
     def cure(self) -> str:
         """What to do, in Python's words."""
         sensor, _, axes = self.value.partition("=")

@@ -66,10 +66,14 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
 
 
 def _hemisphere(recording: Recording) -> str | None:
-    """By the latitude of satellites, where the dip of the field has its sign."""
+    """By the latitude of satellites."""
     if "position" not in recording.aids:
         return None
-    latitude_rad = float(np.median(recording.aids["position"].values[:, 0]))
+    return hemisphere_at(float(np.median(recording.aids["position"].values[:, 0])))
+
+
+def hemisphere_at(latitude_rad: float) -> str | None:
+    """The side of the magnetic equator; None near it, where the dip of the field is small."""
     return None if abs(latitude_rad) < MAGNETIC_EQUATOR_RAD else "north" if latitude_rad > 0 else "south"
 
 
