@@ -1,6 +1,7 @@
 // When two times are one, and when a duration has reached its limit.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,7 +12,7 @@ namespace hnav {
 inline double instant_s(double t_s, double scale_s) {
     const double size = std::fabs(t_s);
     const double rounding = 4 * std::numeric_limits<double>::epsilon() * size;
-    return std::fmax(rounding, std::fmin(1e-9 * std::fmax(1, size), 1e-3 * scale_s));
+    return std::max(rounding, std::min(1e-9 * std::max(1.0, size), 1e-3 * scale_s));
 }
 
 // The same for the stamps of samples: those of different sensors that lie closer belong to one event. 1 ns, with the time that it

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "c_api/attitude_object.hpp"
+#include "c_api/readings.hpp"
 #include "hnav/hnav.h"
 
 #include <cmath>
@@ -30,6 +31,8 @@ inline void store(const Vector3& v, double* out) {
 
 // ------------------------------------------------------------------------------------------------ samples
 
+inline double max_of(int channel) { return channel == gyro ? max_rate_rad_s : max_reading; }
+
 // A vector sample in body axes, or the reason of its refusal. Directions must not be zero.
 inline hnav_status check_vector(AttitudeObject* f, double t_s, const double* value, int channel, AttitudeSample* sample) {
     if (!std::isfinite(t_s) || !finite(value, 3)) {
@@ -41,11 +44,11 @@ inline hnav_status check_vector(AttitudeObject* f, double t_s, const double* val
         f->refuse_non_finite();
         return check_time(f, t_s);
     }
-    const double max = Vector3(value).cwiseAbs().maxCoeff();
-    if (max > max_reading) {
+    const double max = Vector3(value).cwiseAbs().maxCoeff(), limit = max_of(channel);
+    if (max > limit) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a component of %g, beyond %g", sensor_name(channel),
-                       t_s, max, max_reading);
+                       t_s, max, limit);
     }
     if (channel != gyro && !(max > min_direction_length)) {
         f->refuse_zero();

@@ -32,7 +32,7 @@ bool push_whole_row(AttitudeObject* f, double t_s, const double* rate, const dou
     for (const int c : {gyro, accel, mag}) {
         const double* v = rows[c];
         const double size = v ? std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]) : hnav::nan;
-        if (!(size <= max_reading)) { // NaN too
+        if (!(size <= max_of(c))) { // NaN too
             if (!is_missing(v)) return false;
             store(nothing, event.value[c]);
             continue;

@@ -3,6 +3,7 @@
 
 #include "base/memory.hpp"
 #include "c_api/engine_settings.hpp"
+#include "c_api/readings.hpp"
 #include "maths/square.hpp"
 #include "options/lists.hpp"
 
@@ -54,6 +55,8 @@ hnav_status check_numbers(InsObject* f, double t_s, int sensor, const double* va
         if (no_vertical && i % 3 == 2) continue;
         if (!std::isfinite(value[i])) return non_finite(f, t_s, sensor, value[i]);
         if (std::fabs(value[i]) > max_reading) return out_of_range(f, t_s, sensor, "value", value[i], "within 1e6");
+        if (sensor == ins::imu && i < 3 && std::fabs(value[i]) > max_rate_rad_s)
+            return out_of_range(f, t_s, sensor, "rate", value[i], "within 1e4 rad/s");
         if (i >= shape.sigmas && !(value[i] > 0)) return out_of_range(f, t_s, sensor, "sigma", value[i], "above 0");
     }
     return HNAV_OK;

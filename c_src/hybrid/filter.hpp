@@ -18,6 +18,7 @@
 #include "hybrid/stamps.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -101,7 +102,7 @@ public:
     Outcome push(const Sample& sample) {
         if constexpr (!has_fixed_size<Model>)
             if (same_instant(sample.t_s, stamps_.last_s(sample.channel)) && has_again(sample)) return Outcome::ok;
-        const auto newest_s = [this] { return std::fmax(now_, queue_.event(queue_.size() - 1).t_s); };
+        const auto newest_s = [this] { return std::max(now_, queue_.event(queue_.size() - 1).t_s); };
         const auto placed = stamps_.place(sample.channel, sample.t_s, now_, late_limit_, settings_.time_jump_limit_s, newest_s);
         using Place = typename decltype(stamps_)::Place;
         if (placed.how == Place::left_out) return Outcome::ok;
@@ -155,7 +156,7 @@ public:
     Outcome advance_row(double stamp_s) {
         using Place = typename decltype(stamps_)::Place;
         switch (stamps_.last()) {
-        case Place::spread: return advance_to(std::fmax(now_, queue_.event(queue_.size() - 1).t_s));
+        case Place::spread: return advance_to(std::max(now_, queue_.event(queue_.size() - 1).t_s));
         case Place::left_out: return Outcome::ok;
         default: return advance(stamp_s);
         }

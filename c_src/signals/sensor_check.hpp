@@ -173,13 +173,13 @@ private:
             running = 1;
             if (moves) run[axis] += 1;
         } else {
-            if (run[axis] > 0) usual_run += R(0.2) * (std::fmin(run[axis], min_stuck) - usual_run);
+            if (run[axis] > 0) usual_run += R(0.2) * (std::min(run[axis], min_stuck) - usual_run);
             run[axis] = 0;
         }
     }
 
     bool is_stuck(int axis, R interval_s) const {
-        return run[axis] >= std::fmax(min_stuck, stuck_runs * usual_run) && has_lasted(run[axis] * interval_s, min_stuck_s);
+        return run[axis] >= std::max(min_stuck, stuck_runs * usual_run) && has_lasted(run[axis] * interval_s, min_stuck_s);
     }
 
     void mark(int axis, SensorFault what) {

@@ -2,6 +2,7 @@
 
 import os
 import re
+import subprocess
 
 import pytest
 
@@ -10,6 +11,7 @@ from hnav.places import CHECKOUT
 from studies.counting import times_ns, write_samples
 from studies.ins_speed.__main__ import SOLVERS, words, write_drive
 from studies.ins_speed.__main__ import built as built_for_ins
+from studies.instructions.__main__ import CASES, driver_of
 from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources
 
 needs_recordings = pytest.mark.skipif("BROAD_DIR" not in os.environ, reason="BROAD_DIR is not set: no BROAD recordings")
@@ -50,3 +52,14 @@ def test_the_navigation_filter_is_timed_over_a_drive_at_whose_end_it_navigates(t
         assert len(times) == 2 and min(times) > 0
     with pytest.raises(UsageError, match="DRIVE ends early"):
         times_ns(words(program, drive._replace(aids=drive.aids + 1), 0, 1, 1))
+
+
+@needs_recordings
+@needs_library
+def test_the_program_whose_instructions_are_counted_runs_every_case(tmp_path):
+    samples, rows = tmp_path / "samples.bin", 500
+    write_samples(samples, rows)
+    program = driver_of(CHECKOUT, "test")
+    for case in CASES.values():
+        done = subprocess.run([program, samples, str(rows), *case], capture_output=True, text=True, check=False)
+        assert done.returncode == 0 and -1 <= float(done.stdout) <= 1, (case, done.stderr)

@@ -43,9 +43,9 @@ enum { HNAV_SENSOR_COUNT = 9 };
 /* Samples may arrive in any order within one instant and between two advance calls, and up to horizon_s late after. Samples of one
  * sensor with the same stamp (a FIFO) are spread over the time since the previous stamp; the first burst determines their number. A
  * sensor whose stamps run back by more than time_jump_limit_s begins a new time base. A single stamp ten times as far ahead is
- * rejected (OK, counted in hnav_health). Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE (beyond 1e6 in any unit, a
- * sigma that is not positive, a place that does not exist), LATE_SAMPLE, QUEUE_FULL, UNSUPPORTED (the filter does not use this
- * sensor); the sample is dropped and counted.
+ * rejected (OK, counted in hnav_health). Errors: NON_FINITE, ZERO_VECTOR, OUT_OF_RANGE (rates beyond 1e4 rad/s, others beyond 1e6
+ * in any unit, a sigma that is not positive, a place that does not exist), LATE_SAMPLE, QUEUE_FULL, UNSUPPORTED (the filter does
+ * not use this sensor); the sample is dropped and counted.
  *
  * AHRS and HREKF correct by samples of equal time together. The INS takes rate and force together, by push_imu. */
 HNAV_API hnav_status hnav_filter_push_gyro(hnav_filter* filter, double t_s, const double rate_b_rad_s[3]);
@@ -129,7 +129,7 @@ typedef struct hnav_diagnostics {
     uint64_t used[HNAV_SENSOR_COUNT]; /* samples used, by sensor */
     uint64_t gated[HNAV_SENSOR_COUNT]; /* of those, with inflated noise; INS: or rejected, for example without a heading */
     uint64_t late; /* refused: older than the committed estimate */
-    uint64_t non_finite; /* refused: NaN, infinity, beyond 1e6 in any unit or 1e12 s */
+    uint64_t non_finite; /* refused: NaN, infinity, rates beyond 1e4 rad/s, others beyond 1e6 in any unit, 1e12 s */
     uint64_t zero; /* refused: zero vector */
     uint64_t corrections;
     uint64_t gamma_raised; /* corrections whose gamma was infeasible and was raised */

@@ -10,20 +10,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef const hnav_option_info *(*option_row)(int32_t);
-
 static int fail(const char *what) {
     fprintf(stderr, "driver: %s\n", what);
     return 1;
 }
 
-/* A choice by name into the options; nonzero when there is no such option or choice. */
-static int choose(void *options, option_row row_of, const char *setting) {
+/* A choice by name into the options of a filter; nonzero when there is no such option or choice. */
+static int choose(void *options, const char *filter, const char *setting) {
     const char *equals = strchr(setting, '=');
     const hnav_option_info *row;
     int32_t i, k;
     if (!equals) return 1;
-    for (i = 0; (row = row_of(i)) != NULL; ++i) {
+    for (i = 0; (row = hnav_option(filter, i)) != NULL; ++i) {
         if (strlen(row->name) != (size_t)(equals - setting) || strncmp(row->name, setting, strlen(row->name)) != 0) continue;
         for (k = 0; k < row->choice_count; ++k)
             if (strcmp(row->choices[k], equals + 1) == 0) {
@@ -53,7 +51,7 @@ int main(int argc, char **argv) {
     int i;
     if (argc < 6) return fail("SAMPLES ROWS ahrs|hrekf run|smooth q|sigma [NAME=CHOICE ...]");
     for (i = 6; i < argc; ++i)
-        if (is_ahrs ? choose(&ahrs, hnav_ahrs_option, argv[i]) : choose(&hrekf, hnav_hrekf_option, argv[i])) return fail(argv[i]);
+        if (choose(is_ahrs ? (void *)&ahrs : (void *)&hrekf, argv[3], argv[i])) return fail(argv[i]);
     status = is_ahrs ? hnav_ahrs_create(&filter, &ahrs, message, sizeof message)
                      : hnav_hrekf_create(&filter, &hrekf, message, sizeof message);
     if (status != HNAV_OK) return fail(message);
