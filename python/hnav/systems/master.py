@@ -4,7 +4,7 @@ At every communication point t_k all components get what the others put out at t
 waits for another's step, so the order of the elements cannot matter and every value carries the time at which it was
 put out. Gauss-Seidel order would spare nothing here: no output of ours depends directly on an input, and it would hand
 a sensor, which samples at t_k, the truth of t_{k+1}. The price of Jacobi is one step of delay per connection, which
-measurement time stamps tell.
+measurement time stamps say.
 
 Times are t_0 + k h, never a sum of steps. All variables of a type cross into an FMU by one call; the values of the
 whole system lie in one vector, so that a connection is an index.
@@ -193,7 +193,7 @@ class _Part:
             raise
         except HnavError as error:
             refuse(f"component {self.name}: {error}")
-        # An input of the system that nobody drives must not overwrite the FMU's start value.
+        # An input of the system that nothing drives must not overwrite the FMU's start value.
         fed = {c.end[1]: place[c.start] for c in connections if c.end[0] == self.name and (c.start[0] or c.start[1] in inputs)}
         for kind, names in self._read.items():
             to = [name for name in fed if _crosses_as(self.component.variables[name].kind) == kind]

@@ -1,8 +1,8 @@
-"""Many simulations of a system with one seed each, on this machine or a Dask cluster, and what their spread tells.
+"""Many simulations of a system with one seed each, on this machine or a Dask cluster, and the statistics of their spread.
 
 Run i of every scenario has the seed first_seed + i, so scenarios meet the same draws and any number of workers gives
 the same numbers. A run that fails is a row with its reason. Finished runs are kept as they come, and a command that was
-killed goes on from there. hnav.systems.statistics tells what their spread means.
+killed goes on from there. hnav.systems.statistics explains their spread.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def rows_of(job: Job, command: str | None = None) -> list[Row]:
         return [_failed(job, str(error))]
     with kept.in_use:
         rows = _rows_of(job, kept.system)
-    if rows[0]["failure"]:  # nobody knows what a failure leaves in an FMU
+    if rows[0]["failure"]:  # what a failure leaves in an FMU is undefined
         _kept.pop(place, None)
         kept.ended = True
     kept.go_if_ended()
@@ -128,8 +128,8 @@ def _rows_of(job: Job, system: str | LoadedSystem) -> list[Row]:
             return [_failed(job, run.about["failure"])]
         found = {e.name: _figures(e, run) for e in estimates(run)} | {n.name: n.figures for n in navigators(run)}
         if not found:
-            told = "has no attitude filter (att.q), and no filter that navigates (nav.latitude) beside a true place"
-            refuse(f"system {run.about['system']} {told}: there is nothing to compare")
+            lacks = "has no attitude filter (att.q), and no filter that navigates (nav.latitude) beside a true place"
+            refuse(f"system {run.about['system']} {lacks}: there is nothing to compare")
         return [key | {"filter": name, "failure": ""} | figures for name, figures in found.items()]
     except OutputError:  # a full disk is no property of the run
         raise
@@ -169,15 +169,17 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
 def finished_runs(file: Path, work: Sequence[Job], system: System) -> RecordFile:
     """The runs of this work that are finished, in a file that grows with each. Raises HnavError for runs of other work.
 
-    system: the one that the jobs run, read; another build of its FMUs is another system.
+    system: the system of the jobs, read; another build of its FMUs is another system.
     """
     content = hashlib.sha256()
     for path in (*system_files(work[0].system), *(component.fmu for component in system.components.values())):
         content.update(path.read_bytes())
     versions = {name: importlib.metadata.version(name) for name in ("numpy", "fmpy")} | {"hnav": __version__}
-    jobs_told = [vars(job) | {"settings": dict(job.settings)} for job in work]
-    told = {name: _one_or_all([job[name] for job in jobs_told]) for name in jobs_told[0]}
-    return RecordFile(file, {"kind": "runs of hnav montecarlo", **told, "content of the system": content.hexdigest(), **versions})
+    of_jobs = [vars(job) | {"settings": dict(job.settings)} for job in work]
+    shared = {name: _one_or_all([job[name] for job in of_jobs]) for name in of_jobs[0]}
+    return RecordFile(
+        file, {"kind": "runs of hnav montecarlo", **shared, "content of the system": content.hexdigest(), **versions}
+    )
 
 
 def _one_or_all(values: Sequence[Any]) -> Any:

@@ -3,7 +3,7 @@
 python -m hnav.systems.navigation_system FOLDER
 
 Vehicle -> ImuMagSensor, Gnss, Baro, Wheel -> Ins, and a body at rest -> ImuMagSensor -> Ins, which finds north by the rate of the Earth.
-The heading at the start is any. The inertial sensors have the noise and the biases that the preset of the Ins tells.
+The heading at the start is any. The inertial sensors have the noise and the biases that the preset of the Ins states.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ OF_BODY = [
 ]
 # OMSimulator takes a name that begins with a component's for one of that component: none is called as a group of variables is.
 READ = {"gnss_receiver": [*OF_BODY, "truth.longitude", "truth.height"], "barometer": ["truth.height"], "wheel_sensor": OF_BODY}
-TOLD = {
+STATED = {
     "gnss_receiver": [
         *("gnss.latitude", "gnss.longitude", "gnss.height"), *(f"gnssvel.velocity[{i}]" for i in (1, 2, 3)),
         *(f"{name}.sigma[{i}]" for name in ("gnss", "gnssvel") for i in (1, 2, 3)),
@@ -62,22 +62,25 @@ ALWAYS: Values = {"vehicle.mean_over_s": PERIOD_S, "ins.sampling_mode": "counter
 
 def grade_values(name: str) -> Values:
     """A preset of the Ins, and the inertial sensors that it is for."""
-    told = Options("ins", name)
+    stated = Options("ins", name)
     return {
-        "sensor.gyro.noise_deg_per_sqrt_h": told.gyro_noise_rad_per_sqrt_s / DEG * ROOT_HOUR,
-        "sensor.gyro.random_walk_deg_per_h_per_sqrt_h": told.gyro_bias_walk_rad_s_per_sqrt_s / DEG * 3600 * ROOT_HOUR,
-        "sensor.gyro.bias_sigma_rad_s": told.start_sigma_gyro_bias_rad_s,
-        "sensor.gyro.scale_factor_sigma": told.start_sigma_gyro_scale,
-        "sensor.gyro.misalignment_sigma_rad": told.gyro_scale,
-        "sensor.accel.noise_ug_per_sqrt_hz": told.accel_noise_m_s_per_sqrt_s / G_M_S2 * 1e6,
-        "sensor.accel.random_walk_ug_per_sqrt_h": told.accel_bias_walk_m_s2_per_sqrt_s / G_M_S2 * 1e6 * ROOT_HOUR,
-        "sensor.accel.bias_sigma_m_s2": told.start_sigma_accel_bias_m_s2,
+        "sensor.gyro.noise_deg_per_sqrt_h": stated.gyro_noise_rad_per_sqrt_s / DEG * ROOT_HOUR,
+        "sensor.gyro.random_walk_deg_per_h_per_sqrt_h": stated.gyro_bias_walk_rad_s_per_sqrt_s / DEG * 3600 * ROOT_HOUR,
+        "sensor.gyro.bias_sigma_rad_s": stated.start_sigma_gyro_bias_rad_s,
+        "sensor.gyro.scale_factor_sigma": stated.start_sigma_gyro_scale,
+        "sensor.gyro.misalignment_sigma_rad": stated.gyro_scale,
+        "sensor.accel.noise_ug_per_sqrt_hz": stated.accel_noise_m_s_per_sqrt_s / G_M_S2 * 1e6,
+        "sensor.accel.random_walk_ug_per_sqrt_h": stated.accel_bias_walk_m_s2_per_sqrt_s / G_M_S2 * 1e6 * ROOT_HOUR,
+        "sensor.accel.bias_sigma_m_s2": stated.start_sigma_accel_bias_m_s2,
         "ins.preset": name,
     }
 
 
 def _grades() -> dict[str, tuple[str, Values]]:
-    return {name: (f"Inertial sensors of the grade {name}, and the filter told so", grade_values(name)) for name in INS_PRESETS}
+    return {
+        name: (f"Inertial sensors of the grade {name}, and the filter with its preset", grade_values(name))
+        for name in INS_PRESETS
+    }
 
 
 # --------------------------------------------------------------------------------------------- navigation
@@ -131,7 +134,7 @@ NAVIGATION = Definition(
     connections=[
         *INERTIAL_WIRES,
         *(("vehicle", sensor, name) for sensor, names in READ.items() for name in names),
-        *((sensor, "ins", name) for sensor, names in TOLD.items() for name in names),
+        *((sensor, "ins", name) for sensor, names in STATED.items() for name in names),
     ],
     scenarios={
         NOMINAL: _scenario("A car in a town, with satellites, wheels and pressure", _drive(), _satellites()),
@@ -180,7 +183,7 @@ def _at_rest(latitude_deg: float = 45.0, sway: float = 1.0, vibration_m_s2: floa
 
 GYROCOMPASS = Definition(
     name="gyrocompass",
-    description="A body at rest that is told its place, and the navigation filter, which finds north by the rate of the Earth",
+    description="A body at rest whose place is given, and the navigation filter, which finds north by the rate of the Earth",
     components={name: COMPONENTS[name] for name in ("vehicle", "sensor", "ins")},
     connections=INERTIAL_WIRES,
     scenarios={
@@ -189,7 +192,7 @@ GYROCOMPASS = Definition(
         "swaying": ("The same on a base that sways by a centimetre", _at_rest(sway=4.0)),
         "vibration": ("The same on a base that sways and vibrates as beside an engine that idles", _at_rest(vibration_m_s2=0.2)),
         "latitude_80": ("The same ten degrees from the pole, where the Earth turns heading away from north by less", _at_rest(80.0)),
-        "tactical": ("Tactical grade: its bias is as large as what tells north, and the heading is not called ready", _at_rest(grade="tactical")),
+        "tactical": ("Tactical grade: its bias is as large as the rate of the Earth that shows north, and the heading is not called ready", _at_rest(grade="tactical")),
     },
     grades=_grades(),
     bound_always={},

@@ -2,7 +2,7 @@
 
 python -m hnav.systems.observer_system FOLDER
 
-The FMU Observer in build/fmus is made of what this writes. It is the shell that hnav.Observer.export fills anew for other plants.
+The FMU Observer in build/fmus is made of what this writes. It is the shell that hnav.Observer.export fills again for other plants.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from hnav.systems.structure import Value
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-# Exponents of the base units. Units with roots have none and are not declared: a name tells them.
+# Exponents of the base units. Units with roots have none and are not declared: a name has them.
 BASE_UNITS: dict[str, dict[str, int]] = {
     "s": {"s": 1}, "1/s": {"s": -1}, "rad": {"rad": 1}, "rad/s": {"rad": 1, "s": -1}, "rad/s2": {"rad": 1, "s": -2},
     "rad2": {"rad": 2}, "rad2/s": {"rad": 2, "s": -1}, "rad2/s2": {"rad": 2, "s": -2}, "m/s": {"m": 1, "s": -1},

@@ -71,7 +71,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     with ExitStack() as closed:
         try:
             # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
-            # workers say when they are sent home concerns nobody.
+            # workers say when they stop is of no use.
             where = scheduler or closed.enter_context(
                 LocalCluster(
                     n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL

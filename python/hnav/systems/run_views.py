@@ -85,8 +85,8 @@ class Estimate:
 
     def dimension(self, sensor: str) -> int:
         """Components of the innovation; a run that does not hold them may say how many there were."""
-        told = self.run.about.get("innovation_dimensions", {})
-        return int(told[sensor]) if sensor in told else sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
+        sizes = self.run.about.get("innovation_dimensions", {})
+        return int(sizes[sensor]) if sensor in sizes else sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
 
     def ready_s(self, name: str) -> float:
         """Time of the first row with align.<name>; NaN if it never comes."""

@@ -101,7 +101,7 @@ def _parse(path: Path, shown: str) -> ElementTree.Element:
         return ElementTree.parse(path).getroot()
     except FileNotFoundError:
         refuse(f"{shown}: file not found")
-    except Exception as error:  # an encoding that nobody knows is a LookupError, and so on
+    except Exception as error:  # an unknown encoding is a LookupError, and so on
         refuse(f"{shown}: cannot be read: {(str(error) or type(error).__name__).splitlines()[0]}")
 
 

@@ -1,4 +1,4 @@
-"""What samples and runs tell: means with their intervals, ratios of means, and the bounds of chi-square.
+"""Statistics of samples and runs: means with their intervals, ratios of means, and the bounds of chi-square.
 
 Intervals of means are Student's t over the runs, which are independent; the ratio of two filters over the same runs is
 bootstrapped over the runs, pair by pair.

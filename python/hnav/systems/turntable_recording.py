@@ -27,7 +27,7 @@ ENU_FROM_NED = np.array([0, np.sqrt(0.5), np.sqrt(0.5), 0])
 @dataclass(frozen=True)
 class Experiment:
     recording: Recording
-    settings: dict[str, str]  # options that tell a filter the start, wrong by the start errors, and the field
+    settings: dict[str, str]  # options that give a filter the start, wrong by the start errors, and the field
     q_nb: np.ndarray  # n x 4: the truth, north-east-down
     gyro_bias_rad_s: np.ndarray  # 3: the truth
 

@@ -40,7 +40,7 @@ Values = dict[str, Value]
 
 
 def table(yaw_deg: float, tilt_deg: float) -> Values:
-    """Axes that stand off by an unknown angle, uniform within these; the filters are told the nominal attitude."""
+    """Axes that stand off by an unknown angle, uniform within these; the filters start at the nominal attitude."""
     return {
         "turntable.roll.unknown_rad": tilt_deg * DEG,
         "turntable.pitch.unknown_rad": tilt_deg * DEG,
@@ -137,14 +137,14 @@ UNIFORM = 1 / math.sqrt(3)  # standard deviation of a uniform distribution by it
 SCENARIOS: dict[str, tuple[str, Values]] = {
     "nominal": ("Honest P0 and R, Q = 1e-6 I", table(60, 5) | sensor() | faults() | filters()),
     "gyro_drift": (
-        "A gyro bias that walks and drifts, scale factor 1 %, while the filters believe in Q = 1e-8 I",
+        "A gyro bias that walks and drifts, scale factor 1 %, while the filters assume Q = 1e-8 I",
         table(60, 5) | sensor(scale=0.01, bias_walk_rad_s=0.05 * DEG, drift_deg_s2=0.02 * UNIFORM) | faults() | filters(quaternion=1e-4, bias_walk=1e-4),
     ),
     "outliers": ("2 % outliers of half a g and half the field", table(60, 5) | sensor() | faults(outliers=0.02) | filters()),
     "magnetic_disturbance": ("0.3 of the field in an unknown direction from 20 to 30 s", table(60, 5) | sensor() | faults(disturbance=0.3) | filters()),
     "iron_residual": ("Hard iron of 3 % and soft iron of 2 % that a calibration has left", table(60, 5) | sensor(hard=0.03, soft=0.02) | faults() | filters()),
     "matched": (
-        "White noise and bias walk exactly as the filters are told, honest P0, gamma off: for tests of consistency",
+        "White noise and bias walk exactly as the filters assume, honest P0, gamma off: for tests of consistency",
         table(MATCHED_YAW_DEG, MATCHED_TILT_DEG)
         | sensor(gyro_deg_s=MATCHED_GYRO_DEG_S, bias_deg_s=MATCHED_BIAS_DEG_S, scale=0.0, misalignment=0.0, bias_walk_rad_s=MATCHED_WALK_RAD_S)
         | faults()
@@ -166,13 +166,13 @@ SCENARIOS: dict[str, tuple[str, Values]] = {
 
 
 def grade_values(name: str) -> Values:
-    """A grade over the nominal scenario: its sensor, and filters told of its noise. What it does not name is without error."""
+    """A grade over the nominal scenario: its sensor, and filters that assume its noise. What it does not name is without error."""
     grade = read_grade(name)
     values: Values = dict.fromkeys(sensor(), 0.0)
     values |= {f"sensor.{key}": value for key, value in grade.parameters().items()}
     noise = grade.filter_parameters(STRENGTH_TESLA)
     bias_sigma = math.hypot(grade.values["gyro.bias_sigma_rad_s"], grade.values["gyro.bias_instability_rad_s"])
-    told = noise | {"quaternion_noise_per_sqrt_s": 0.0, "start_sigma_bias_rad_s": bias_sigma}
+    assumed = noise | {"quaternion_noise_per_sqrt_s": 0.0, "start_sigma_bias_rad_s": bias_sigma}
     return values | {
-        f"{component}.{key}": value for component in ("hekf", "hrekf") for key, value in hrekf_parameters(told).items()
+        f"{component}.{key}": value for component in ("hekf", "hrekf") for key, value in hrekf_parameters(assumed).items()
     }

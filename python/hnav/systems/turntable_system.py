@@ -25,7 +25,7 @@ TURNTABLE = Definition(
         *(("sensor", filter_, name) for filter_ in FILTERS for name in SAMPLES),
     ],
     scenarios=SCENARIOS,
-    grades={name: (f"Sensors of the grade {name}, filters told of their noise", grade_values(name)) for name in GRADES},
+    grades={name: (f"Sensors of the grade {name}, filters that assume their noise", grade_values(name)) for name in GRADES},
     bound_always={name: {"sampling_mode": "counter"} for name in FILTERS},
     stop_s=60,
 )
