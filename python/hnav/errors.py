@@ -11,7 +11,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
-# The statuses of the library that tell of a state, a solver or memory; the others tell of an argument.
+# The statuses of the library about a state, a solver or memory; the others are about an argument.
 _OF_THE_STATE = frozenset({
     "out of memory", "late sample", "queue full", "time backwards", "not started", "no data", "solver", "unsupported",
 })  # fmt: skip

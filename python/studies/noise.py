@@ -60,7 +60,7 @@ def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, Bounds]:
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):
         low, high, value, told = (
-            np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_told")
+            np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_measured")
         )
         made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(told.mean()), float(np.median(value) / true))
     return made

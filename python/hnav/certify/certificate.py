@@ -188,7 +188,7 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
         )
     if record.restarts:
         raise HnavRuntimeError(
-            "no data", f"{record.name}: at {record.restarts[0]:g} s the filter found its attitude anew (after a gap of more than a second, or "
+            "no data", f"{record.name}: at {record.restarts[0]:g} s the filter found its attitude again (after a gap of more than a second, or "
             "because the force spoke against its horizon); certify the parts before and after it (--duration, --from)"
         )  # fmt: skip
     begin = time.perf_counter()

@@ -55,7 +55,7 @@ def figures_table(found: dict[str, SensorNoise], title: str) -> Table:
     for sensor, noise in found.items():
         for term, (entry, unit, si) in ENTRIES[sensor].items():
             of = noise.terms[term]
-            axes = [f"{of.value[i] / si:.3g}" if of.is_told[i] else f"< {of.high[i] / si:.3g}" for i in range(3)]
+            axes = [f"{of.value[i] / si:.3g}" if of.is_measured[i] else f"< {of.high[i] / si:.3g}" for i in range(3)]
             table.add_row(sensor, entry.replace("_", " "), *axes, f"{of.low[0] / si:.3g} to {of.high[0] / si:.3g}", unit)
         table.add_section()
     return table

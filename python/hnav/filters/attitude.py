@@ -120,12 +120,12 @@ class Filter(FilterObject):
     def run_recording(self, recording: Recording, smooth: bool = False) -> Run:
         """A whole recording by a filter with the options of this one, which stays as it is. Fields that arrive late are waited for,
         whatever horizon_s is. smooth: with hindsight, as by smooth. Raises HnavError."""
-        from hnav.filters.attitude_recording import run_recording  # it knows this filter
+        from hnav.filters.attitude_recording import run_recording  # it imports this filter
 
         return run_recording(recording, self.options, smooth=smooth).run
 
     def realign(self) -> None:
-        """Forgets the attitude and starts anew with the next samples; keeps the gyro bias and the counters."""
+        """Forgets the attitude and starts again with the next samples; keeps the gyro bias and the counters."""
         self._call("realign")
 
     # ----------------------------------------------------------------------------------------- estimate
@@ -172,7 +172,7 @@ class Filter(FilterObject):
 
 
 def _empty(t_s: Array, only: tuple[str, ...], with_gates: bool) -> tuple[Run, list[str]]:
-    """A run that knows nothing yet, and the names of the arrays that the library is to fill."""
+    """An empty run, and the names of the arrays that the library is to fill."""
     known = [*RUN_COLUMNS, *(["accepted"] if with_gates else [])]
     if unknown := set(only) - set(known):
         raise HnavValueError("option", f"only = {unknown.pop()}: choose from {', '.join(known)}", "only")

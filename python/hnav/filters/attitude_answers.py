@@ -141,7 +141,7 @@ RUN_COLUMNS = {
 
 
 def empty_run(t_s: Array) -> Run:
-    """A Run of these instants that knows nothing yet: every sensor is missing."""
+    """An empty Run of these instants: every sensor is missing."""
     n = len(t_s)
     arrays: dict[str, Any] = {name: np.full((n, len(axes)) if len(axes) > 1 else n, np.nan) for name, axes in RUN_COLUMNS.items()}
     ready = np.zeros((n, 2), bool)

@@ -109,7 +109,7 @@ class Diagnostics(Record):
 
 @dataclass(frozen=True, eq=False)
 class SensorHealth(Record):
-    """What a sensor is taken to be at the time of the last advance, and the samples that were not believed so far.
+    """What a sensor is taken to be at the time of the last advance, and the samples that were rejected so far.
 
     Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used, outliers apart, because nothing
     better is known, and the sigma of the attitude grows by what they may have missed.
@@ -137,15 +137,15 @@ class SensorHealth(Record):
 
 @dataclass(frozen=True, eq=False)
 class Health(Record):
-    """How the sensors do, and how often the filter had to begin anew."""
+    """How the sensors do, and how often the filter had to start again."""
 
     sensor: Annotated[dict[str, SensorHealth], Each(SENSORS, SensorHealth)]
     """By sensor."""
     times_lost: int
-    """The attitude was found wrong, or a gap was too long, and it was found anew."""
+    """The attitude was found wrong, or a gap was too long, and it was found again."""
     clock_jumps: int
     """Stamps ran back: a new time base began."""
     stamps_left_out: int
     """Samples whose stamp lay far ahead of all others."""
     lost: bool
-    """The attitude is being found anew: nothing is ready."""
+    """The attitude is being found again: nothing is ready."""

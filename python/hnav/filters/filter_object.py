@@ -114,7 +114,7 @@ class FilterObject(HybridView):
         return Diagnostics.read(self._filled("hnav_diagnostics", "diagnostics"))
 
     def health(self) -> Health:
-        """How each sensor does, and how often estimate and time base had to begin anew."""
+        """How each sensor does, and how often estimate and time base had to start again."""
         return Health.read(self._filled("hnav_health", "health"))
 
     def _numbers(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:

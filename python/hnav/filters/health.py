@@ -38,7 +38,7 @@ class Finding:
 def findings(t_s: Array, health: npt.NDArray[np.integer]) -> list[Finding]:
     """By sensor, the longest state first. t_s: n; health: n x 3 as Run.health.
 
-    A sensor of which no row has anything is not there, and no finding; nor is one that sends its first sample within a second.
+    A sensor of which no row has anything is not there, and no finding; nor is a sensor whose first sample comes within a second.
     """
     tally = Tally()
     tally.add(t_s, health)

@@ -59,5 +59,5 @@ class HybridView(StatefulObject):
         return x_plus
 
     def show(self, t_s: float, x: npt.ArrayLike) -> None:
-        """Lets what the filter tells show the state x (nx) at t_s."""
+        """Lets the answers of the filter show the state x (nx) at t_s."""
         self._call("show", t_s, address(doubles(x, (self.nx,), "x")))

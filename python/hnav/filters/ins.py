@@ -92,7 +92,7 @@ class Ins(FilterObject):
 
         t_s: n, not decreasing; rate and force n x 3 in sensor axes, NaN for a missing sample. every: a row of the result for
         each so many rows, the last of them. Aids that came after the last row are not used. A run goes on from where the
-        filter stands: reset it before it takes another recording. smooth: with hindsight, as the method smooth tells. check: whether samples that
+        filter stands: reset it before it takes another recording. smooth: with hindsight, as the method smooth does. check: whether samples that
         cannot be in these units give a PlausibilityWarning, which takes up to 20 ms. Raises HnavValueError for arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
         if every < 1:
@@ -124,7 +124,7 @@ class Ins(FilterObject):
         which stays as it is. It takes the arguments of run.
 
         Aids act at their times of validity, however late they came. Rows from before the heading was found are navigation too, from
-        the first sample on; where nothing later tells it they are those of run, and so is the last row. Takes some ten times as long
+        the first sample on; where nothing later corrects them they are those of run, and so is the last row. Takes some ten times as long
         as run. Raises as run does, and HnavRuntimeError when there is no memory.
         """
         return self.run(*samples, **(named | {"smooth": True}))
@@ -150,7 +150,7 @@ class Ins(FilterObject):
         return self._numbers("covariance", (15, 15))[0]
 
     def observed(self) -> Observed:
-        """What has told the heading, and how much."""
+        """What has measured the heading, and how much."""
         return Observed.read(self._filled_by("hnav_ins_observed", "hnav_observed"))
 
 

@@ -1,4 +1,4 @@
-"""What the navigation filter answers: the estimate and what has told it, and the arrays of a run."""
+"""What the navigation filter answers: the estimate and what has measured it, and the arrays of a run."""
 
 from __future__ import annotations
 

@@ -194,7 +194,7 @@ class InsErrorFilter(StatefulObject):
 
     @property
     def warning(self) -> str:
-        """What is legal but doubtful about the model: states and coloured errors that separate poorly; empty if nothing."""
+        """What is legal but suspicious in the model: states and coloured errors that separate poorly; empty if nothing."""
         return text(library().hnav_ins_error_filter_warning(self._handle))
 
     def separability(self) -> float:

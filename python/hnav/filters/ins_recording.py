@@ -1,4 +1,4 @@
-"""The navigation filter over a recording, whole or in pieces: its aids, with sigmas where a file tells none.
+"""The navigation filter over a recording, whole or in pieces: its aids, with sigmas where a file has none.
 
 run = NavigationRun.over(recording, Options("ins", "industrial")).go_on(inertial_rows(recording))
 hnav.Ins("industrial").run_recording(recording)                     # the same, of a whole one
@@ -25,9 +25,9 @@ from hnav.native.arrays import Array
 SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (0.1,)}
 """Standard deviations where a file has none: of a usual receiver, a usual chip, usual wheels; SI units."""
 IN_A_GAP = 8
-"""So many samples of aids are kept of a time without rows: the filter starts anew after one."""
+"""So many samples of aids are kept of a time without rows: the filter starts again after one."""
 PRESSURE_S = 0.1
-"""One pressure of so long is used: the errors of neighbours are the same, and counted as independent they would be believed too
+"""One pressure of so long is used: the errors of neighbours are the same, and counted as independent they would be weighed too
 much."""
 PAIRED_SHARE = 0.5
 """Of the rows with a rate, those with a force too; below it they were measured at times of their own."""
@@ -65,7 +65,7 @@ def paired(recording: Recording) -> Recording:
 
 
 def field_of(recording: Recording) -> dict[str, AidSamples]:
-    """Of the magnetometer, as an aid that tells no sigma."""
+    """Of the magnetometer, as an aid without a sigma."""
     if recording.field_b_tesla is None or not (seen := np.isfinite(recording.field_b_tesla).all(axis=1)).any():
         return {}
     arrived_s, field = recording.t_s[seen], recording.field_b_tesla[seen]

@@ -21,7 +21,7 @@ _NEEDED = ("A", "H", "Qw", "Qv", "P0")
 class LinearModel:
     """x(k) = A x(k-1) + B u(k-1) + G w, z(k) = H x(k) + v + lambda(k), lambda(k) = An lambda(k-1) + Bn U.
 
-    Raises HnavValueError, naming the matrix, for one that is missing or has another shape than the others ask for.
+    Raises HnavValueError, naming the matrix, for a missing matrix or a shape that does not fit the others.
     """
 
     A: Array
@@ -84,7 +84,7 @@ class LinearModel:
         object.__setattr__(self, name, value)
 
     def matrix(self, name: str) -> Array:
-        """One of MATRICES. Raises HnavValueError for one that the model does without."""
+        """One of MATRICES. Raises HnavValueError for a matrix that the model does not have."""
         value: Array | None = getattr(self, name)
         if value is None:
             raise HnavValueError("null argument", f"{name} is None", name)

@@ -1,4 +1,4 @@
-"""Noise of sensors at rest: still parts of recordings, their overlapping Allan deviation, and what it tells with which confidence.
+"""Noise of sensors at rest: still parts of recordings, their overlapping Allan deviation, and what it measures with which confidence.
 
     found = noise_of([hnav.read("night.csv")])
     found["gyro"].terms["white"].value         # rad/s/sqrt(Hz), of each axis
@@ -63,19 +63,19 @@ class Term:
     value: Array
     """3."""
     low: Array
-    """3: the lower end of 95 %; 0 where the length cannot tell it from none."""
+    """3: the lower end of 95 %; 0 where the length cannot distinguish it from none."""
     high: Array
     """3: the upper end."""
 
     @property
-    def is_told(self) -> np.ndarray:
-        """3: whether the recording tells more than an upper limit."""
+    def is_measured(self) -> np.ndarray:
+        """3: whether the recording gives more than an upper limit."""
         return self.low > 0
 
     @property
     def mean(self) -> float:
-        """Root mean square over the axes, NaN where one of them is not told."""
-        return float(np.sqrt(np.mean(self.value**2))) if self.is_told.all() else math.nan
+        """Root mean square over the axes, NaN where one of them is not measured."""
+        return float(np.sqrt(np.mean(self.value**2))) if self.is_measured.all() else math.nan
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ def _columns(tau_s: Array) -> Array:
 
 
 def _fit(tau_s: Array, variance: Array, degrees: Array, rng: np.random.Generator) -> dict[str, Term]:
-    """Least squares with squares that are not negative, each point by its degrees of freedom; confidence by drawing the points anew."""
+    """Least squares with squares that are not negative, each point by its degrees of freedom; confidence by drawing the points again."""
     from scipy.optimize import nnls
 
     columns = _columns(tau_s)
@@ -226,7 +226,7 @@ def _fit(tau_s: Array, variance: Array, degrees: Array, rng: np.random.Generator
 
 
 def sensor_file(found: Mapping[str, SensorNoise], name: str) -> dict[str, Any]:
-    """What a sensor file holds: of each sensor the figures that the recordings tell, in units of datasheets."""
+    """What a sensor file holds: of each sensor the figures that the recordings give, in units of datasheets."""
     data: dict[str, Any] = {"version": VERSION, "name": name, "source": "Allan deviation of recordings at rest, by hnav noise."}
     for sensor, noise in found.items():
         data[sensor] = {"period": {"value": float(f"{1e3 / noise.rate_hz:.6g}"), "unit": "ms"}}

@@ -57,7 +57,7 @@ def options_of_sensor(filter: str, sensor: str | Path | None) -> dict[str, objec
 
 
 class Options(OptionSet):
-    """Options of a filter, as attributes; option_table(filter) tells unit, range and meaning of each.
+    """Options of a filter, as attributes; option_table(filter) has unit, range and meaning of each.
 
         Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
         Options("ins", "industrial", car_across_m_s=0.1)

@@ -135,13 +135,13 @@ class Asked:
 
     def _event(self, *at: Any) -> Array:
         assert self.plant.event is not None
-        told, n = self.plant.event(*self._full(*at)), self._sizes[0]
+        sides, n = self.plant.event(*self._full(*at)), self._sizes[0]
         if len(self._discrete):
-            told, discrete = told
+            sides, discrete = sides
             self._discrete = _shaped(
                 np.atleast_1d(np.asarray(discrete, float)), self._discrete.shape, "discrete state after event"
             )
-        return _shaped(np.atleast_1d(np.asarray(told, float)), (n,), "event")
+        return _shaped(np.atleast_1d(np.asarray(sides, float)), (n,), "event")
 
     def _next_event(self, _: Any, t: float) -> float:
         assert self.plant.next_event is not None
@@ -170,8 +170,8 @@ class Asked:
         return (t, x, inputs, parameters, *self._also_discrete())
 
     def _vector(self, function: Function, at: Any, length: int, name: str) -> Array:
-        told = np.array(function(*self._full(*at)), float, ndmin=1)
-        return told if told.shape == (length,) else _shaped(told, (length,), name)
+        values = np.array(function(*self._full(*at)), float, ndmin=1)
+        return values if values.shape == (length,) else _shaped(values, (length,), name)
 
     def _function(self, answer: Callable[..., Array]) -> Any:
         sizes = self._sizes
@@ -179,8 +179,8 @@ class Asked:
         def called(_: Any, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
             try:
                 at = [np.array(ffi.unpack(pointer, size)) if size else np.zeros(0) for pointer, size in zip((x, u, p), sizes)]
-                told = answer(t, *at)
-                values[0 : len(told)] = told.tolist()
+                found = answer(t, *at)
+                values[0 : len(found)] = found.tolist()
             except BaseException as error:
                 self.error = error
                 return -1

@@ -49,7 +49,7 @@ class RunBase:
 
         recording: what the run was made of; what it has beside the samples, as a reference attitude, is drawn too.
         """
-        import hnav  # what draws stands above the filters; hnav itself knows both
+        import hnav  # what draws stands above the filters; hnav itself imports both
 
         return hnav.plot_run(self, recording)
 

@@ -3,7 +3,7 @@
     write_table("attitude.csv", run, ["recording walk.csv"])
     pandas.read_csv("attitude.csv", comment="#")
 
-Angles are in deg, rates in deg/s; times are written in full: what is read back has their bits. The comments at the head tell
+Angles are in deg, rates in deg/s; times are written in full: what is read back has their bits. The comments at the head say
 what made the file: version, filter, and the options that differ from the preset.
 """
 
@@ -71,7 +71,7 @@ def _accepted(run: Run) -> Array:
 
 
 def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
-    """What the head of the file says, a line each; more: what the caller knows besides."""
+    """What the head of the file says, a line each; more: lines of the caller."""
     lines = [f"hnav {__version__}", *more, *option_lines(run.options)]
     states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
     frame = "" if run.options is None else f" ({run.options.navigation_frame})"

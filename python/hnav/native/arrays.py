@@ -121,8 +121,8 @@ class Record:
     @classmethod
     def read(cls: type[R], struct: Any, **more: Any) -> R:
         """From a C struct with these fields, except those given separately."""
-        told = {name: reader(getattr(struct, name)) for name, reader in _readers(cls).items() if name not in more}
-        return cls(**told, **more)
+        values = {name: reader(getattr(struct, name)) for name, reader in _readers(cls).items() if name not in more}
+        return cls(**values, **more)
 
     def struct(self, kind: str) -> Any:
         """The C struct with these fields."""

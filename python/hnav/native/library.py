@@ -116,8 +116,8 @@ def message_buffer() -> Any:
 def failure(status: int, message: Any) -> HnavError:
     """The error for a status that is not OK, and the C string that says why."""
     reason = text(message)
-    told = _OPTION.match(reason) if STATUSES[status] == "option" else None
-    argument = told["name"] if told else None
+    named = _OPTION.match(reason) if STATUSES[status] == "option" else None
+    argument = named["name"] if named else None
     return error_of(STATUSES[status], reason, argument)
 
 

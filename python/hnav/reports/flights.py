@@ -113,7 +113,7 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
     def column(quantity: str, factor: float = 1.0) -> np.ndarray:
         return factor * run[f"{component}.{quantity}.{name}"][rows]
 
-    def told(quantity: str) -> np.ndarray:
+    def values(quantity: str) -> np.ndarray:
         return run[f"{component}.{quantity}"][rows] if run.has(component, quantity) else np.zeros(len(rows))
 
     estimate = column("estimate", factor)
@@ -130,8 +130,8 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
         column("innov", factor),
         column("noise_scale"),
         column("fault_probability"),
-        told(f"bias_fault_probability.{name}"),
-        told("process_fault_probability"),
+        values(f"bias_fault_probability.{name}"),
+        values("process_fault_probability"),
     )
 
 

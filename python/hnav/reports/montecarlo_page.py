@@ -102,8 +102,8 @@ def _table(seen: Runs) -> str:
     for group, of in seen.groups:
         for name in seen.figures:
             if len(sizes := seen.sizes(of, name)):
-                told = (np.median(sizes), np.quantile(sizes, 0.95), sizes[-1])
-                rows.append([group, SHOWN[name], str(len(sizes)), *(f"{value:.3g}" for value in told)])
+                figures = (np.median(sizes), np.quantile(sizes, 0.95), sizes[-1])
+                rows.append([group, SHOWN[name], str(len(sizes)), *(f"{value:.3g}" for value in figures)])
     return table(heads, rows)
 
 

@@ -116,9 +116,9 @@ def _heights(seen: View) -> go.Figure:
         figure.add_trace(dots(fixes.t_s, fixes.values[:, 2], INK, "satellites", True), 1, 1)
         figure.update_yaxes(range=span([height[run.ready[:, 3]], fixes.values[:, 2]]), row=1)
     if (fixes := seen.aids.get("velocity")) is not None:
-        told = np.hypot(*fixes.values[:, :2].T)
-        figure.add_trace(dots(fixes.t_s, told, INK, "satellites", False), 2, 1)
-        figure.update_yaxes(range=span([speed[run.ready[:, 2]], told, np.zeros(1)]), row=2)
+        stated = np.hypot(*fixes.values[:, :2].T)
+        figure.add_trace(dots(fixes.t_s, stated, INK, "satellites", False), 2, 1)
+        figure.update_yaxes(range=span([speed[run.ready[:, 2]], stated, np.zeros(1)]), row=2)
     figure.update_yaxes(title_text="height / m", row=1)
     figure.update_yaxes(title_text="speed / (m/s)", row=2)
     return figure

@@ -73,7 +73,7 @@ def _table(seen: View) -> str:
             of = noise.terms[term]
             cells = [
                 f"{of.value[i] / si:.3g} ({of.low[i] / si:.3g} to {of.high[i] / si:.3g})"
-                if of.is_told[i]
+                if of.is_measured[i]
                 else f"< {of.high[i] / si:.3g}"
                 for i in range(3)
             ]
@@ -82,5 +82,5 @@ def _table(seen: View) -> str:
 
 
 FIGURES = panel_of(
-    "figures", "Figures", "In brackets 95 %; < is an upper limit, where the length tells no more.", _table, lambda seen: True
+    "figures", "Figures", "In brackets 95 %; < is an upper limit, where the length gives no more.", _table, lambda seen: True
 )

@@ -70,7 +70,7 @@ class Vehicle(LibraryObject):
         Vehicle(kind="ship", seed=3)
         Vehicle(VehicleOptions(kind="ship", seed=3), start_s=1.0)
 
-    way: the points that it passes, for the kind way, which then need not be said; where they tell its start, so they do for the vehicle.
+    way: the points that it passes, for the kind way, which then need not be said; where they give its start, so they do for the vehicle.
     Raises HnavValueError for options and ways that are impossible. It has no state: copies are equal.
     """
 

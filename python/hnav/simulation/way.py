@@ -41,7 +41,7 @@ class Way:
     up_m: Array
     """n."""
     start: Mapping[str, float]
-    """latitude_rad, longitude_rad and height_m of the start, where the points tell it; else empty."""
+    """latitude_rad, longitude_rad and height_m of the start, where the points give it; else empty."""
 
     def __init__(
         self,
