@@ -1,4 +1,4 @@
-// A hash that finds damage and tells options apart; it is no protection against forgery.
+// A hash that finds damage and distinguishes options; it is no protection against forgery.
 #pragma once
 
 #include <cstddef>

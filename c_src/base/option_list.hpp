@@ -47,7 +47,7 @@ struct Preset {
 
 struct OptionList {
     const char* defaults_call; // that makes the options
-    int number;                // tells the lists apart in stamps
+    int number;                // distinguishes the lists in stamps
     std::size_t size;          // of the struct
     const OptionRow* rows;
     int count;

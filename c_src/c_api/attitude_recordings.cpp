@@ -200,14 +200,14 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
-    const bool tells_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
+    const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
-        const double before_s = tells_course ? object->newest_time_s() : 0;
+        const double before_s = wants_course ? object->newest_time_s() : 0;
         status = take_row(object, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
         if (status != HNAV_OK) return in_row(object, status, i);
         if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);
-        if (tells_course) write_course(object, before_s, out, i);
+        if (wants_course) write_course(object, before_s, out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

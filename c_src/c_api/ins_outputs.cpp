@@ -89,12 +89,12 @@ hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, 
 }
 
 // All outputs except the motion, which alone flows between events of an integrator outside.
-struct Told {
+struct Shown {
     const ins::State& state;
     double ahead_s; // beyond its last event
 };
 
-Told told(const InsObject* f) {
+Shown shown_of(const InsObject* f) {
     if (f->flows_outside) return {f->filter.newest(), 0};
     return {f->filter.shown(), f->filter.looked_ahead_s()};
 }
@@ -170,7 +170,7 @@ hnav_navigation navigation(const ins::Model& model, const ins::State& s, double 
 namespace hnav {
 
 hnav_navigation InsObject::navigation() const {
-    const Told at = told(this);
+    const Shown at = shown_of(this);
     hnav_navigation n = ins_boundary::navigation(filter.model(), at.state, at.ahead_s, filter.event_now_s());
     n.t_s = filter.now_s();
     if (flows_outside && at.state.started()) fill_motion(ins::motion_of(filter.shown()), &n);
@@ -193,7 +193,7 @@ hnav_status InsObject::attitude(hnav_attitude* out) const {
 }
 
 hnav_status InsObject::rate(double* rate_b) const {
-    const ins::State& s = told(this).state;
+    const ins::State& s = shown_of(this).state;
     for (int i = 0; i < 3; ++i) rate_b[i] = s.started() ? s.held.rate[i] - s.gyro_bias[i] : 0;
     return HNAV_OK;
 }
@@ -207,7 +207,7 @@ hnav_status InsObject::gyro_bias(double* bias_b, double* sigma) const {
 }
 
 hnav_status InsObject::covariance(double* to) const {
-    const Told at = told(this);
+    const Shown at = shown_of(this);
     if (!at.state.started()) return not_started(this);
     const ins::Covariance P = filter.model().covariance_at(at.state, at.ahead_s);
     for (int i = 0; i < 15; ++i)

@@ -36,14 +36,14 @@ public:
 
     unsigned char write(std::size_t row, const ins::State& shown, double ahead_s) override {
         const hnav_navigation n = navigation(object_->filter.model(), shown, ahead_s, in_.t_s[row]);
-        if (is_told(row)) write_row(n, out_, row / every_);
+        if (is_written(row)) write_row(n, out_, row / every_);
         return static_cast<unsigned char>(n.tilt_ready | n.heading_ready << 1 | n.velocity_ready << 2 | n.position_ready << 3);
     }
     void write(std::size_t row, const ins::SmoothedRow& smoothed) override;
 
 private:
     // The last of so many rows.
-    bool is_told(std::size_t row) const { return (row + 1) % every_ == 0; }
+    bool is_written(std::size_t row) const { return (row + 1) % every_ == 0; }
 
     InsObject* object_;
     std::size_t n_;
@@ -92,7 +92,7 @@ hnav_status Arrays::check_times() const {
 
 // at_rest is that of the filter.
 void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
-    if (!is_told(row)) return;
+    if (!is_written(row)) return;
     const std::size_t i = row / every_;
     const ins::Navigation& from = smoothed.navigation;
     hnav_navigation n{};

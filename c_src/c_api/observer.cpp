@@ -191,17 +191,17 @@ hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& opt
 hnav_status ObserverObject::no_estimate(double t_s) const {
     char what[80];
     std::snprintf(what, sizeof what, "samples up to t = %.9g s were dropped", t_s);
-    return tell_trouble(what);
+    return log_trouble(what);
 }
 
-void ObserverObject::tell_held(double t_s) const {
+void ObserverObject::log_held(double t_s) const {
     char what[80];
     std::snprintf(what, sizeof what, "the estimate was held before t = %.9g s", t_s);
-    tell_trouble(what);
+    log_trouble(what);
 }
 
 // With the reason, if the plant failed.
-hnav_status ObserverObject::tell_trouble(const char* what) const {
+hnav_status ObserverObject::log_trouble(const char* what) const {
     if (!trouble.any)
         return fail(HNAV_ERROR_SOLVER,
                     "%s: there is no usable estimate, but a state without bound, or more than max_steps steps of the solver",

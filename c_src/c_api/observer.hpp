@@ -41,7 +41,7 @@ struct ObserverObject final : hnav_filter {
         const double before = instants(), held_before = held();
         const Outcome outcome = move();
         dropped += static_cast<std::uint64_t>(before - instants());
-        if (outcome == Outcome::ok && held() > held_before) tell_held(filter.now_s());
+        if (outcome == Outcome::ok && held() > held_before) log_held(filter.now_s());
         return outcome;
     }
     // ": " and the plant's message of its last failure; "" without one.
@@ -72,7 +72,7 @@ struct ObserverObject final : hnav_filter {
     double now_s() const override { return filter.now_s(); }
     hnav_status no_estimate(double t_s) const override;
     // Writes a message about a held interval, which is no error.
-    void tell_held(double t_s) const;
+    void log_held(double t_s) const;
 
     hnav_status attitude(hnav_attitude*) const override { return unsupported("attitude"); }
     hnav_status rate(double*) const override { return unsupported("rate"); }
@@ -103,7 +103,7 @@ struct ObserverObject final : hnav_filter {
     void show(double t_s, const double* x) override { filter.show(t_s, x); }
 
 private:
-    hnav_status tell_trouble(const char* what) const;
+    hnav_status log_trouble(const char* what) const;
     hnav_status no_fixed_sensors() const {
         return fail(HNAV_ERROR_UNSUPPORTED, "the sensors of an observer are those of its plant: hnav_observer_push and its kin");
     }

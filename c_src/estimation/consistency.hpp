@@ -1,5 +1,5 @@
 // Whether the innovations of one aid are what their covariance predicts. A filter whose state and noises are right has white innovations of
-// unit variance, once they are divided by their sigma (Kailath 1968). Two departures are told from each other:
+// unit variance, once they are divided by their sigma (Kailath 1968). Two departures are distinguished:
 //
 //   wrong noise   successive innovations differ by too much: the mean square successive difference (von Neumann 1941) sees noise and is
 //                 blind to whatever changes slowly. It scales the stated variance: up at once, down slowly, never below what is stated

@@ -3,7 +3,7 @@
 //   noise        R <- over R                                observer
 //   innovation   S <- over S                                HREKF, headings of the AHRS: the NIS becomes the limit (Huber)
 //   redescending H P H' <- over H P H', R <- over^2 R       INS: the influence falls with the distance. Positions 100 m off for 10 s
-//                move a simulated car by 1.6 m with it and by 8.8 m with `noise`; for 60 s, believed, by 1.8 and 47 m
+//                move a simulated car by 1.6 m with it and by 8.8 m with `noise`; for 60 s, accepted, by 1.8 and 47 m
 //   rejected     nothing is learnt                          the field of the AHRS, for a limited time
 //
 // None rejects for good: a filter that does never finds that it was wrong. The limits are NIS, with a chi-square distribution of as many

@@ -1,5 +1,5 @@
 // When an estimate may be relied upon. A small sigma is not enough: it may be the sigma that the filter started with, or
-// one that has shrunk without evidence. So an angle is ready when its sigma is below a limit and the corrections since
+// a sigma that has shrunk without evidence. So an angle is ready when its sigma is below a limit and the corrections since
 // the start have brought at least as much information as that limit stands for. A variance that rounding has left without
 // its sign is not small.
 #pragma once

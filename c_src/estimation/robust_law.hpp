@@ -99,7 +99,7 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     case GammaMode::fixed: theta = 1 / (settings.gamma * settings.gamma); break;
     case GammaMode::relative: theta = -std::expm1(-settings.relative_rate * interval_s) / lmax; break;
     case GammaMode::kl: {
-        // A hair above the limit, so that a gamma which had to be raised is told from one that lies there by itself.
+        // A hair above the limit, so that a gamma which had to be raised is distinguished from one at the limit by itself.
         constexpr R above = 1 + std::max(R(1e-12), 4 * std::numeric_limits<R>::epsilon());
         theta = theta_for_kl<n, R>(eigenvalues, square(settings.kl_rate * interval_s), limit * above);
         break;

@@ -1,4 +1,4 @@
-// A sample and the event it belongs to. This layer knows time and channels; what a channel measures is the model's.
+// A sample and the event it belongs to. This layer has time and channels; what a channel measures is the model's.
 //
 // All samples of one instant are one event: the model corrects them together, so the order of their arrival cannot matter.
 // How many channels there are and how many values a reading has is the model's too, known when it is compiled (FixedEvent)

@@ -12,7 +12,7 @@
 
 namespace hnav {
 
-// Sizes: see sizes.hpp. A base class, because one that is known when compiled is to take no room.
+// Sizes: see sizes.hpp. A base class, because a size that is known when compiled is to take no room.
 template <class Sizes>
 class EventQueue : private Sizes {
 public:

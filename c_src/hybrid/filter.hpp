@@ -163,7 +163,7 @@ public:
     }
 
     int nx() const { return nx_of(model_); }
-    // Times are given and told as the stamps of samples have them.
+    // Times are given and shown as the stamps of samples have them.
     double now_s() const { return stamp_of(now_); }
     const State& shown() const { return *view_; } // at now_s
     const State& newest() const { return queue_.after(queue_.solved() - 1); } // just after the newest used event
@@ -176,7 +176,7 @@ public:
     double newest_time_s() const { return queue_.event(queue_.solved() - 1).t_s; }
     // How far what is shown lies beyond the newest used event.
     double looked_ahead_s() const { return now_ - newest_time_s(); }
-    // The filter's time of the last advance or jump. With an integrator outside, what is not continuous is told for it: it
+    // The filter's time of the last advance or jump. With an integrator outside, what is not continuous is given for it: it
     // changes at events only.
     double event_now_s() const { return event_now_; }
     const auto& stamps() const { return stamps_; }
@@ -356,7 +356,7 @@ private:
     using Real = model_concept::Real<Model>;
     static constexpr double min_interval_s = 1e-12;
     // What an integrator does costs time in proportion to the turns of an interval, and brings nothing that the closed form
-    // does not have where a model knows one. A look-ahead is asked for again and again while samples are missing, each time
+    // does not have where a model has one. A look-ahead is asked for again and again while samples are missing, each time
     // from the newest event on: beyond a second it costs what a short one does. An event is committed once: the integrator
     // crosses all but the long gaps, within a millisecond or so, whatever the gap.
     static constexpr double max_look_ahead_s = 1, max_commit_s = 10;
@@ -527,7 +527,7 @@ private:
         return false;
     }
 
-    // A model with ways of its own takes one where it is told to, or where the integrator does not get on.
+    // A model with ways of its own takes one where the options say so, or where the integrator does not get on.
     bool integrate_or_as_the_model_does(State& state, double interval_s) {
         if (model_.by_points()) {
             return model_.flow_by_points(state, interval_s, propagator_) && sound(state);
@@ -705,8 +705,8 @@ private:
         else return state.x();
     }
 
-    // Of a size that the compiler does not know it asks the library for the widest moves of this machine; for one that it
-    // knows it writes a loop over single numbers, which costs three times as much.
+    // For a size that is unknown to the compiler it asks the library for the widest moves of this machine; for a known
+    // one it writes a loop over single numbers, which costs three times as much.
     void copy(State& to, const State& from) const { std::memcpy(static_cast<void*>(&to), &from, state_bytes_); }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {

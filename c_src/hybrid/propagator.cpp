@@ -75,7 +75,7 @@ struct Propagator::Solver {
         return memory;
     }
 
-    // The same method without its last stage, which only tells the error. An oscillation of w rad/s is told to err by
+    // The same method without its last stage, which only estimates the error. Its estimate for an oscillation of w rad/s is
     // 97/120000 (w h)^5 in a step h (the difference of the two stability functions), so rtol says how far a step may turn.
     bool create_equal_steps(const Settings& settings) {
         constexpr double error_of_turn = 97.0 / 120000, largest_turn = 0.5;
@@ -119,7 +119,7 @@ struct Propagator::Solver {
     }
 
     // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
-    // anew each time makes the solver forget the step size of the interval before. The stop time keeps it from
+    // again each time makes the solver forget the step size of the interval before. The stop time keeps it from
     // running past the event.
     int evolve_erkstep(double interval_s, const double* x) {
         real reached = 0;
@@ -136,7 +136,7 @@ struct Propagator::Solver {
         return rc;
     }
 
-    // ERKStep gives up where the flow has no answer, and does not tell how far it came. So the interval is begun anew, one step
+    // ERKStep gives up where the flow has no answer, and does not say how far it came. So the interval is begun again, one step
     // at a time, and after a failure gone on with half of what was too far. x: at the beginning.
     int approach(double interval_s, const double* x) {
         constexpr double smallest = 1e-9;
@@ -202,7 +202,7 @@ struct Propagator::Solver {
         return turn <= max_turn ? 1 : static_cast<int>(std::ceil(turn / max_turn));
     }
 
-    // Each begins anew: without its last stage the method has no slope to hand on.
+    // Each begins from nothing: without its last stage the method has no slope to hand on.
     int evolve_in_steps(double interval_s, int count) {
         real reached = 0;
         int rc = sundials::erk_set_fixed_step(equal_steps, interval_s / count);

@@ -10,11 +10,11 @@
 namespace hnav {
 
 enum class Integrator {
-    // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4): equal steps where the rate of the flow tells how many, else with error
+    // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4): equal steps where the rate of the flow gives their number, else with error
     // control, first trial step = the interval
     erkstep,
-    adams,   // SUNDIALS CVODE, Adams-Moulton with fixed-point iteration
-    euler    // forward Euler in equal sub-steps, the source paper's method
+    adams, // SUNDIALS CVODE, Adams-Moulton with fixed-point iteration
+    euler // forward Euler in equal sub-steps, the source paper's method
 };
 
 class Propagator {
@@ -28,7 +28,7 @@ public:
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
         int read = 0; // the flow reads so many numbers of x, the first; 0: all
-        bool knows_rate = false; // integrate will be told the rate of the flow
+        bool knows_rate = false; // integrate will be given the rate of the flow
         bool looks_inside = false; // begin, step and between will be called: erkstep only
         bool may_be_stiff = false; // create does not mind that the warm-up takes too many steps
         double euler_step_s = 0.005;

@@ -1,7 +1,7 @@
 // Integrates a stiff flow x' = f(s, x) over one interval between events, step by step: SUNDIALS ARKStep with an implicit method of
 // order 4 and dense Jacobians. It is a method of one step: no history is lost at a sample, where BDF would begin at order 1. Of the
 // ESDIRK tables of ARKODE it took by far the fewest steps on van der Pol's oscillator with mu = 1000 (46 over 100 s from a start off
-// the slow motion, others 83 to 1800): its method and the one that tells its error both forget fast modes at once.
+// the slow motion, others 83 to 1800): its method and the method of its error both forget fast modes at once.
 //
 // Every call of begin starts afresh, so the same interval gives the same bits wherever and whenever it is integrated. Memory is
 // taken in create alone.

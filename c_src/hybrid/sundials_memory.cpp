@@ -37,9 +37,9 @@ Head* head_of(void* piece) { return static_cast<Head*>(piece) - 1; }
 } // namespace
 
 SundialsMemory::SundialsMemory(void* memory, std::size_t bytes) : next_(static_cast<char*>(memory)), left_(bytes) {
-    std::thread::id nobody;
-    while (!maker.compare_exchange_weak(nobody, std::this_thread::get_id(), std::memory_order_acquire)) {
-        nobody = std::thread::id();
+    std::thread::id none;
+    while (!maker.compare_exchange_weak(none, std::this_thread::get_id(), std::memory_order_acquire)) {
+        none = std::thread::id();
         std::this_thread::yield();
     }
     block = this;

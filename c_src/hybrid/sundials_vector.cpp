@@ -1,6 +1,6 @@
 // SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
-// numbers that costs more than the arithmetic. Ours knows its length when compiled (0: only at run time), and has its numbers
-// in the memory that was reserved for the solver. It knows too how many of them the flow reads: a stage of a Runge-Kutta method,
+// numbers that costs more than the arithmetic. Ours has its length when compiled (0: only at run time), and has its numbers
+// in the memory that was reserved for the solver. It also has how many of them the flow reads: a stage of a Runge-Kutta method,
 // which only the flow looks at, has no others.
 #include "hybrid/sundials_vector.hpp"
 

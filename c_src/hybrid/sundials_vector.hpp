@@ -5,7 +5,7 @@
 
 namespace hnav::sundials {
 
-// Of Dormand and Prince's method without the last one, which only tells the error.
+// Of Dormand and Prince's method without the last one, which only estimates the error.
 constexpr int stages_of_equal_steps = 6;
 
 inline double* data(N_Vector v) { return static_cast<double*>(v->content); }

@@ -121,7 +121,7 @@ const OptionRow rows[] = {
      0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"accel_noise_per_sqrt_hz", text("noise"), text("1/sqrt(Hz)"),
      text("Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T"),
-     text("It stands for the accelerations of the body; take the datasheet's for one that does not accelerate."),
+     text("It stands for the accelerations of the body; take the datasheet's for a body that does not accelerate."),
      nullptr, nullptr, defaults + 3, offsetof(hnav_hrekf_options, accel_noise_per_sqrt_hz),
      0, 1e+06, 1, 0, HNAV_OPTION_REAL, 1, 0, 0},
     {"mag_noise_per_sqrt_hz", text("noise"), text("1/sqrt(Hz)"),

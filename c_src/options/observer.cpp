@@ -73,7 +73,7 @@ const OptionRow rows[] = {
      0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 1},
     {"rtol", text("solver"), text(""),
      text("Relative tolerance of the states; the absolute one is this times the scale of a state"),
-     text("Far below what sensors tell, and an interval is still one step of most plants."),
+     text("Far below what sensors measure, and an interval is still one step of most plants."),
      nullptr, nullptr, defaults + 7, offsetof(hnav_observer_options, rtol),
      1e-12, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"covariance_rtol", text("solver"), text(""),

@@ -1,4 +1,4 @@
-// Tells whether the body lies still. At rest the gyroscope shows its own bias, and nothing shows it better.
+// Whether the body lies still. At rest the gyroscope shows its own bias, and nothing shows it better.
 //
 // Rate and force are each compared with their running means; rest is what stays within the thresholds for a while, at a
 // mean rate that can be a bias. A vehicle on a smooth way does too, and its mean rate is its turn: that shows in a mean rate which

@@ -1,4 +1,4 @@
-// The interval that a sample stands for. Sensors are not asked for their rate: their time stamps tell it.
+// The interval that a sample stands for. Sensors are not asked for their rate: it follows from their time stamps.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline double interval_of_sample(double since_s, double usual_s, double max_inte
 inline double usual_interval(double since_s, double usual_s) {
     if (!(since_s > 0)) return usual_s;
     if (!(usual_s > 0)) return since_s;
-    if (is_gap(since_s, usual_s)) return 1.2 * usual_s; // a sensor that has become slower is believed after a few samples
+    if (is_gap(since_s, usual_s)) return 1.2 * usual_s; // a sensor that has become slower is taken so after a few samples
     return usual_s + 0.1 * (since_s - usual_s);
 }
 

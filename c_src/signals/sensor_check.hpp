@@ -1,12 +1,12 @@
-// What the samples of one sensor tell about its health, before a filter believes them.
+// The health of one sensor from its samples, before a filter uses them.
 //
-//   outlier    one sample that lies far from the last, far beyond its usual change. A second one beside it is believed: a
+//   outlier    one sample that lies far from the last, far beyond its usual change. A second one beside it is accepted: a
 //              real step or shock lasts.
 //   saturated  an axis repeats a large value, or reaches the range that was stated.
 //   stuck      an axis repeats one value although the body moves.
 //
 // A repeated value is suspicious only where noise is seen: a simulated sensor without noise repeats what is constant. Noise
-// changes its course from sample to sample, a movement or a constant does not; so the share of changes that turn back tells
+// changes its course from sample to sample, a movement or a constant does not; so the share of changes that turn back measures
 // them apart.
 //
 // Almost every sample is well, and this is asked of each: what is rare stands in functions of its own.
@@ -42,7 +42,7 @@ struct SensorCheck {
     static constexpr R min_saturated = 7;            // repeats of a large value
     static constexpr R min_stuck = 20, min_stuck_s = R(0.25), stuck_runs = 20; // samples, time, and usual runs
 
-    R last[count];                   // the newest believed sample
+    R last[count];                   // the newest accepted sample
     R outlier[count];                // the newest that was not
     R change2;                   // running mean of the squared change
     R slope, bend, turning_back; // change of the sum of axes, change of that, and how often its sign changes
@@ -97,7 +97,7 @@ struct SensorCheck {
         return look_closer(settings, y, change, interval_s, t_s, moves, noisy);
     }
 
-    // Of the sensor whose noise is looked at. One that is stuck says nothing of it.
+    // Of the sensor whose noise is looked at. A stuck sensor says nothing of it.
     void note_course(const Vector& y) {
         if (running && run[0] >= min_stuck) return;
         const R change = y.sum() - Vector(last).sum(), bends = change - slope;

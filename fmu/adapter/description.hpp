@@ -74,7 +74,7 @@ void write_model_description(const Writer& w, const char* version);
 void write_terminals(const Writer& w);
 // Of FMI 3, where the archive holds sources.
 void write_build_description(const Writer& w);
-// The run that answers the example input, null when the FMU has none, and what tells of it.
+// The run that answers the example input, null when the FMU has none, and its text.
 bool write_reference(const Writer& w, FILE* input);
 void write_reference_manifest(const Writer& w);
 void write_reference_experiment(const Writer& w, bool has_input);

@@ -12,7 +12,7 @@ template <class FmiStatus, FmiStatus ok, FmiStatus warning, FmiStatus error>
 struct Entry {
     static FmiStatus to_fmi(Status status) { return status == Status::ok ? ok : status == Status::warning ? warning : error; }
 
-    // A call of a method of the instance; without an instance there is nobody to tell.
+    // A call of a method of the instance; without an instance nothing can be logged.
     template <class Method, class... Arguments>
     static FmiStatus call(void* instance, Method method, Arguments... arguments) {
         return instance ? to_fmi((of(instance)->*method)(arguments...)) : error;

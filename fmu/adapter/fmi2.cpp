@@ -26,7 +26,7 @@ void log(const Instance& instance, Status status, const char* text) {
     callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), Instance::category(status), safe);
 }
 
-// FMI 2 has one C type for integers and enumerations, so the variable tells which it is.
+// FMI 2 has one C type for integers and enumerations, so the variable says which it is.
 Type integer_type(fmi2Component c, fmi2ValueReference reference) {
     return of(c)->is_enumeration(reference) ? Type::enumeration : Type::integer;
 }

@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    told_lost_ = told_mistaken_ = judged_ = false;
+    said_lost_ = said_mistaken_ = judged_ = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -198,7 +198,7 @@ std::uint64_t Instance::parameter_hash() const {
 }
 
 // Importers read outputs in initialization mode and hand them on (PyFMI's Master, OMSimulator). A model is made when something is asked
-// of it, and made anew when what it is made from has changed since: a plant is slow to load.
+// of it, and made again when what it is made from has changed since: a plant is slow to load.
 Status Instance::make_ready() {
     if (!touched_) return Status::ok;
     const std::uint64_t parameters = parameter_hash();
@@ -271,16 +271,16 @@ bool Instance::take_samples(double t_s) {
 // Once. At the level of an error, although the call succeeds: of other messages the defaults of importers show nothing, and the estimate is
 // not that of the samples which the user means.
 void Instance::say_what_was_lost(double apart_s) {
-    if (const char* by = told_mistaken_ ? nullptr : model_->mistaken()) {
-        told_mistaken_ = true;
+    if (const char* by = said_mistaken_ ? nullptr : model_->mistaken()) {
+        said_mistaken_ = true;
         fail(
             "warning: %s changed for the first time after samples had been taken at the period of its sensor; they are forgotten, and "
             "the counter marks samples from now on: set sampling_mode = counter",
             by);
     }
-    if (told_lost_) return;
+    if (said_lost_) return;
     const Lost lost = model_->lost();
-    told_lost_ = lost.by != nullptr;
+    said_lost_ = lost.by != nullptr;
     if (lost.by && lost.period_s > 0)
         fail(
             "warning: communication step %g s > %s = %g s: samples are lost, and counted by count.missed; take a step that divides the "

@@ -263,7 +263,7 @@ void write_structure(const Writer& w) {
     w.text("  </ModelStructure>\n");
 }
 
-// Of the sources, where the build is told it: the date of the machine would make equal sources differ.
+// Of the sources, where the build is given it: the date of the machine would make equal sources differ.
 void write_date(const Writer& w) {
     const char* seconds = std::getenv("SOURCE_DATE_EPOCH");
     if (!seconds || !*seconds) return;

@@ -1,4 +1,4 @@
-// The folder of resources as a path: FMI 2 tells it as a URI.
+// The folder of resources as a path: FMI 2 gives it as a URI.
 #pragma once
 
 #include <cstdlib>

@@ -98,7 +98,7 @@ inline Variable sample_counter(const char* name) {
     return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode auto or counter)");
 }
 
-// Of a sensor: what tells that there is a new sample.
+// Of a sensor: what marks a new sample.
 inline Variable sample_mark(const char* sensor) {
     return model_info.clocks ? clock(Name(sensor, "tick"), Causality::output, "Ticks when a sample is delivered")
                              : output(Name(sensor, "sample"), Type::integer, "Samples delivered: a change marks a new sample");

@@ -37,7 +37,7 @@ struct SampledInputs {
     // Whether input i is a sample that counts at t_s. now, t_meas_s: as its clock has them.
     bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
         if (!clock[i].take(t_s, now, t_meas_s, sample)) return false;
-        // A sensor that is declared invalid has no samples to lose by the time, but those that its counter tells of.
+        // A sensor that is declared invalid has no samples to lose by the time, but those that its counter counts.
         if (valid || clock[i].mode == counter) {
             missed += sample->lost;
             if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;

@@ -80,7 +80,7 @@ struct SamplingClock {
         return true;
     }
 
-    // When the next sample is due; infinity when time does not tell.
+    // When the next sample is due; infinity where time does not decide.
     double next_s() const {
         return mode != counter && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
     }
@@ -97,7 +97,7 @@ private:
     // A counter that went up by more than one says that samples came and went between two communication points.
     bool counter_changed(double now, double* lost) {
         if (now == seen) return false;
-        *lost = std::max(0.0, now - seen - 1); // a sensor that starts anew has lost nothing
+        *lost = std::max(0.0, now - seen - 1); // a sensor that starts again has lost nothing
         seen = now;
         return true;
     }

@@ -55,7 +55,7 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
         fresh->bytes = bytes;
     } else release_model(*snapshot);
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
-    const bool saves_model = has_model_ && !touched_; // one that is to be made anew is none
+    const bool saves_model = has_model_ && !touched_; // a model that is to be made again is none
     Header header{snapshot_magic, 0,           token_,      bytes,   options_.interface, options_.event_mode_used,
                   mode_,          saves_model, parameters_, time_s_, start_s_,           stop_s_};
     std::memcpy(place + sizeof header, values_, value_count() * sizeof(double));

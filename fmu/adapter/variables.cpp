@@ -20,7 +20,7 @@ const char* type_name(Type type) {
 }
 
 template <class T>
-T told_as(double value) {
+T value_as(double value) {
     if constexpr (std::is_same_v<T, int>) return static_cast<T>(std::fmin(value, 2147483647)); // where 32 bits end
     else return static_cast<T>(value);
 }
@@ -88,12 +88,12 @@ Status Instance::get(Type type, const unsigned* references, std::size_t n, T* ou
     if (time_row_ >= 0) values_[time_row_] = time_s_;
     const double* const values = values_;
     if (rows == n) { // one each
-        for (std::size_t i = 0; i < n; ++i) out[i] = told_as<T>(values[slots[references[i]].row]);
+        for (std::size_t i = 0; i < n; ++i) out[i] = value_as<T>(values[slots[references[i]].row]);
         return Status::ok;
     }
     for (std::size_t i = 0; i < n; ++i) {
         const Slot& of = slots[references[i]];
-        for (int k = 0; k < of.rows; ++k) *out++ = told_as<T>(values[of.row + k]);
+        for (int k = 0; k < of.rows; ++k) *out++ = value_as<T>(values[of.row + k]);
     }
     return Status::ok;
 }

@@ -30,7 +30,7 @@ typedef struct hnav_ahrs_options {
      * [0, 1e3] rad/s/sqrt(s), default 1e-4. Temperature moves the bias more than the walk on the datasheet, which is for a
      * sensor of constant temperature only. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
-    /* How far the velocity is held to be from zero: the bound by which the accelerometer tells the horizon.
+    /* How far the velocity is held to be from zero: the bound by which the accelerometer measures the horizon.
      * (0, 1e6] m/s/sqrt(Hz), default 0.36. A hand or a walking person; less steadies the horizon of a body that does not
      * accelerate, more frees it from long accelerations. */
     double velocity_noise_m_s_per_sqrt_hz;
@@ -110,7 +110,7 @@ typedef struct hnav_ahrs_options {
     double rest_bias_noise_rad_s_per_sqrt_hz;
 
     /* ------------------------ gate
-     * Samples that are not believed. */
+     * Samples that are rejected or weighed less. */
 
     /* Distance of the field's intensities from the reference beyond which it is rejected, in units of the strength.
      * (0, 1e6], default 0.035. Twice the deviation that a room's field has on the mean; less is pickier about iron. */
@@ -127,7 +127,7 @@ typedef struct hnav_ahrs_options {
      * and keeps its intensities. */
     double mag_azimuth_gate_sigmas;
     /* Logarithm of how much likelier the mean force makes a wrong horizon than a body that accelerates: above it the
-     * horizon is levelled anew; 0 = never.
+     * horizon is levelled again; 0 = never.
      * [0, 1e12], default 12. No simulated vehicle reaches it; a gyroscope clipped for ten seconds does within eight. */
     double lost_ratio;
     /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
@@ -242,24 +242,27 @@ typedef struct hnav_ahrs_options {
      * (0, 1e3] m/s, default 0.056. A start in a hand. */
     double start_sigma_velocity_m_s;
     /* Standard deviation of the reference at the start and when the gate begins to inflate, in units of the strength.
-     * (0, 10], default 0.077. Two gates: the first field, or one that was rejected for long, may be that far off. */
+     * (0, 10], default 0.077. Two gates: the first field, or a field that was rejected for long, may be that far off. */
     double start_sigma_reference;
     /* Standard deviation of the magnetometer's latency at the start.
-     * (0, 10] s, default 0.011. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which nobody states. */
+     * (0, 10] s, default 0.011. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which data sheets do
+     * not state. */
     double start_sigma_latency_s;
     /* Latency of the accelerometer that the filter begins with, in its sample intervals.
      * [-4, 4], default 0.25. Between a reading of the instant, 0, and the mean of the interval before it, 0.5; which of
      * both it is shows in the motion. */
     double start_accel_latency;
     /* Standard deviation of that latency.
-     * (0, 10], default 0.25. A reading of the instant and a mean are one sigma off, one that is filtered more. */
+     * (0, 10], default 0.25. A reading of the instant and a mean over the interval are one sigma off; a filtered reading
+     * is more. */
     double start_sigma_accel_latency;
     /* Standard deviation of each axis's bias of the accelerometer at the start.
      * (0, 1e3] m/s2, default 0.035. 4 mg, of a calibrated chip; a wider one takes motion for a bias. */
     double start_sigma_accel_bias_m_s2;
     /* Standard deviation of the gyro scale factors at the start.
-     * (0, 10], default 2e-3. Two parts in a thousand, of a sensor that has been calibrated once; one as it comes from the
-     * factory has up to 0.01. Told too small, the tilt of a body that turns is thought to be known better than it is. */
+     * (0, 10], default 2e-3. Two parts in a thousand, of a sensor that has been calibrated once; as it comes from the
+     * factory it has up to 0.01. Where it is set too small, the stated sigma of the tilt of a body that turns is too
+     * small. */
     double start_sigma_gyro_scale;
     /* Standard deviation of the gyro misalignments at the start.
      * (0, 10] rad, default 0.56e-3. A third of the scale factor's, as in most calibrated sensors. */

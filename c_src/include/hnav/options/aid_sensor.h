@@ -13,19 +13,19 @@ typedef struct hnav_gnss_options {
     /* A sample is delivered so long after it was taken.
      * [0, 1e6] s, default 0. At once. */
     double latency_s;
-    /* The stamp of a sample is so much later than the sample, and nobody tells; latency_s counts from the stamp on.
+    /* The stamp of a sample is this much later than the sample, unknown to its reader; latency_s counts from the stamp on.
      * [0, 10] s, default 0. A stamp that is right. */
     double stamp_error_s;
     /* Probability that a sample is never delivered; 1: the sensor is silent.
      * [0, 1], default 0. All arrive. */
     double dropout;
-    /* White noise of the position, horizontal and vertical; told as its sigma.
+    /* White noise of the position, horizontal and vertical; the sigma that the sensor states.
      * (0, 1e6] m, default 0.5, 0.5. From fix to fix, of a usual receiver under an open sky. */
     double noise_m[2];
-    /* White noise of the velocity, horizontal and vertical; told as its sigma.
+    /* White noise of the velocity, horizontal and vertical; the sigma that the sensor states.
      * (0, 1e6] m/s, default 0.1, 0.1. Of a usual receiver under an open sky. */
     double noise_m_s[2];
-    /* Slow error of the position, horizontal and vertical, which nobody tells: Gauss-Markov.
+    /* Slow error of the position, horizontal and vertical, which the sensor does not state: Gauss-Markov.
      * [0, 1e6] m, default 1.5, 1.5. Of a usual receiver under an open sky. */
     double colour_m[2];
     /* Correlation time of the slow error.
@@ -74,7 +74,7 @@ typedef struct hnav_baro_options {
     /* Probability that a sample is never delivered; 1: the sensor is silent.
      * [0, 1], default 0. All arrive. */
     double dropout;
-    /* White noise; told as its sigma.
+    /* White noise; the sigma that the sensor states.
      * (0, 1e5] Pa, default 5. Of a usual chip: half a metre. */
     double noise_pa;
     /* Standard deviation of the weather at the start, drawn once.
@@ -91,7 +91,7 @@ typedef struct hnav_baro_options {
 /* Speed along body x, by wheels. */
 typedef struct hnav_wheel_options {
     /* Sampling period.
-     * [1e-6, 1e6] s, default 0.1. As cars tell it on their bus. */
+     * [1e-6, 1e6] s, default 0.1. As on the bus of a car. */
     double period_s;
     /* A sample is delivered so long after it was taken.
      * [0, 1e6] s, default 0. At once. */
@@ -99,7 +99,7 @@ typedef struct hnav_wheel_options {
     /* Probability that a sample is never delivered; 1: the sensor is silent.
      * [0, 1], default 0. All arrive. */
     double dropout;
-    /* White noise; told as its sigma.
+    /* White noise; the sigma that the sensor states.
      * (0, 1e3] m/s, default 0.05. Teeth of a wheel that are counted over a period. */
     double noise_m_s;
     /* Standard deviation of the scale factor, drawn once.

@@ -37,8 +37,8 @@ typedef struct hnav_hrekf_options {
      * a quaternion means nothing. */
     double quaternion_noise_per_sqrt_s;
     /* Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T.
-     * (0, 1e6] 1/sqrt(Hz), default 0.115. It stands for the accelerations of the body; take the datasheet's for one that
-     * does not accelerate. */
+     * (0, 1e6] 1/sqrt(Hz), default 0.115. It stands for the accelerations of the body; take the datasheet's for a body
+     * that does not accelerate. */
     double accel_noise_per_sqrt_hz;
     /* Noise density of the magnetic field in units of the reference strength.
      * (0, 1e6] 1/sqrt(Hz), default 0.16. It stands for the iron of a room; take the datasheet's for a clean field. */
@@ -148,7 +148,8 @@ typedef struct hnav_hrekf_options {
 
     /* ------------------------ gate
      * A sample whose normalised innovation squared exceeds its limit is used with inflated noise. Gates work while tilt
-     * (force), or tilt and heading (field, heading) are ready: one that rejects for long lets sigma grow until it opens. */
+     * (force), or tilt and heading (field, heading) are ready: a gate that rejects for long lets sigma grow until it
+     * opens. */
 
     /* Normalised innovation squared of force beyond which its noise is inflated; 0 = never, -1 = by
      * accel_noise_per_sqrt_hz.

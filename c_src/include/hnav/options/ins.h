@@ -56,8 +56,8 @@ typedef struct hnav_ins_options {
     /* Random walk of the accelerometer bias.
      * [0, 1e3] m/s2/sqrt(s), default 3e-4. As for the gyroscope. */
     double accel_bias_walk_m_s2_per_sqrt_s;
-    /* Share of the power between neighbouring samples of rate and force that counts as their noise, where it is above that
-     * told; 0 = none.
+    /* Share of the power between neighbouring samples of rate and force that counts as their noise, where it is above the
+     * stated one; 0 = none.
      * [0, 1e3], default 1. Vibration of a vehicle is far above a sensor's own noise, and is between samples what white
      * noise would be. */
     double vibration_share;
@@ -79,20 +79,20 @@ typedef struct hnav_ins_options {
     /* Time for which that error stays as it is.
      * (0, 1e6] s, default 1000. Weather changes in a quarter of an hour. */
     double pressure_colour_s;
-    /* Time for which the error of a heading that is pushed stays as it is: more of them within it tell no more than one; 0
-     * = each has its own.
+    /* Time for which the error of a heading that is pushed stays as it is: more of them within it count as one; 0 = each
+     * has its own.
      * [0, 1e6] s, default 60. Iron near a compass stays where it is; two antennas have errors of seconds, but small ones. */
     double heading_colour_s;
     /* Noise of the horizontal field, in parts of it: of the magnetometer, of iron that turns the field, of what stands
      * beside the way.
-     * (0, 10], default 0.05. Three degrees: soft iron of a device that nobody has calibrated. */
+     * (0, 10], default 0.05. Three degrees: soft iron of a device that is not calibrated. */
     double field_noise;
-    /* Time for which that noise stays as it is: more samples within it tell no more than one.
+    /* Time for which that noise stays as it is: more samples within it count as one.
      * [0, 1e6] s, default 10. As long as a vehicle goes straight ahead past the same things. */
     double field_colour_s;
     /* By how much the field of a place points off its declination, one sigma.
-     * (0, 4] rad, default 0.2. A declination that nobody has given, steel in buildings and streets; 0.05 with
-     * declination_rad in the open. */
+     * (0, 4] rad, default 0.2. A declination that is not given, steel in buildings and streets; 0.05 with declination_rad
+     * in the open. */
     double field_direction_rad;
     /* Time for which that stays as it is.
      * (0, 1e6] s, default 300. As long as a vehicle stays near a place. */
@@ -149,14 +149,15 @@ typedef struct hnav_ins_options {
      * (0, 1e7] m, default 30. A receiver that has just begun may be off by so much; a wide one costs a few fixes. */
     double start_sigma_position_m;
     /* Standard deviation of the satellites' latency behind their stamps.
-     * [0, 10] s, default 0.06. Receivers tell late by up to a tenth of a second, if their time of validity is not known. */
+     * [0, 10] s, default 0.06. Receivers deliver up to a tenth of a second late, where their time of validity is not
+     * known. */
     double start_sigma_latency_s;
     /* Standard deviation of the scale of the speed.
      * [0, 1], default 0.05. Worn tyres. */
     double start_sigma_speed_scale;
     /* Standard deviation of the field of iron in the body, in parts of the horizontal field of the Earth; each axis.
-     * (0, 100], default 1. Of a telephone or a car that nobody has calibrated; 0.05 after a calibration, and the heading
-     * is found at once. */
+     * (0, 100], default 1. Of a telephone or a car that is not calibrated; 0.05 after a calibration, and the heading is
+     * found at once. */
     double start_sigma_iron;
     /* Standard deviation of yaw and pitch of the axis of travel in the body.
      * [0, 1] rad, default 0.03. A sensor screwed to a car by eye. */
@@ -190,13 +191,13 @@ typedef struct hnav_ins_options {
     double rest_rate_noise_rad_per_sqrt_s;
 
     /* ------------------------ gate
-     * Samples that are not believed. */
+     * Samples that are rejected or weighed less. */
 
     /* Normalised innovation squared of three values beyond which their noise is inflated, less for fewer values; 0 =
      * never.
      * [0, 1e12], default 16.3. 99.9 % of chi square with 3 degrees of freedom. */
     double gate_nis;
-    /* Positions or velocities beyond the gate for longer are believed, as a new error of the satellites or a new velocity.
+    /* Positions or velocities beyond the gate for longer are accepted, as a new error of the satellites or a new velocity.
      * (0, 1e9] s, default 15. Longer than most reflections last, short enough to recover. */
     double gate_longest_s;
 
@@ -254,7 +255,7 @@ typedef struct hnav_ins_options {
      * (0, 10] s, default 0.0997. Short beside the turns of vehicles, long beside the samples. No usual rate from 25 to
      * 1000 Hz has two samples equally near. */
     double correction_interval_s;
-    /* After a longer gap without rate and force the start begins anew.
+    /* After a longer gap without rate and force the filter starts again.
      * (0, 1e6] s, default 1. A vehicle turns by tens of degrees in a second. */
     double longest_gap_s;
     /* How much older than the newest used sample a sample may be.
@@ -272,7 +273,7 @@ typedef struct hnav_ins_options {
     double antenna_b_m[3];
     /* Where the speed is measured, from the inertial sensor, in body axes: the middle of the rear axle of a car; 0:
      * unknown by a metre.
-     * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor, as far as nobody has measured it. */
+     * [-1e3, 1e3] m, default 0, 0, 0. Together with the sensor, as far as it is not measured. */
     double wheel_b_m[3];
     /* Magnetic declination: of headings that are pushed, and of the field of a magnetometer.
      * [-pi, pi] rad, default 0. Headings are taken to be true ones until a declination is given. */

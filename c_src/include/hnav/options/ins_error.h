@@ -50,8 +50,8 @@ typedef struct hnav_ins_error_options {
 
     /* Adaptation of the noise of each channel (differenced, augmented, plain); joint needs augmented, the others take it
      * for hmm.
-     * hnav_noise_scaling, default joint. It tells a faulty channel from a process livelier than told, which hmm blames on
-     * the channels. */
+     * hnav_noise_scaling, default joint. It distinguishes a faulty channel from a process livelier than its model, which
+     * hmm blames on the channels. */
     int32_t noise_scaling;
     /* Steps of the window of amdkf, paper_match and gated_match.
      * [1, 1000], default 20. A variance known to a third, and a fault that shows within two seconds at 10 Hz. */
@@ -63,7 +63,7 @@ typedef struct hnav_ins_error_options {
      * [2, 16], default 5. Variances of 1, 4, 16, 64, 256: noise of up to sixteen times the healthy sigma. */
     int32_t hmm_levels;
     /* hmm, joint: ratio of the variances of neighbouring levels.
-     * [1.1, 1000], default 4. Steps of two in sigma: nearer levels cannot be told apart by a few samples. */
+     * [1.1, 1000], default 4. Steps of two in sigma: a few samples cannot distinguish nearer levels. */
     double hmm_level_ratio;
     /* hmm: probability per step that a healthy channel becomes faulty.
      * (0, 0.5], default 1e-3. Faults are rare: one in a thousand steps. */
@@ -84,7 +84,7 @@ typedef struct hnav_ins_error_options {
      * [0, 0.1], default 0.03. A sample far off is no fault that lasts: a channel with 5 % outliers stays healthy. */
     double joint_outlier_probability;
     /* joint: probability per step that the coloured error of a channel jumps.
-     * [0, 0.1], default 1.5e-4. A jump that stays is beyond doubt after some five samples. */
+     * [0, 0.1], default 1.5e-4. A jump that stays is certain after some five samples. */
     double joint_bias_probability;
     /* joint: standard deviation of such a jump, in sigma of the white noise of the channel.
      * (0, 1000], default 10. Smaller jumps are taken for a livelier coloured error; larger ones are learned as well. */
@@ -93,7 +93,7 @@ typedef struct hnav_ins_error_options {
      * [0, 0.1], default 3e-3. Above that of a fault: a model that is wrong is more common than channels that fail
      * together. */
     double joint_process_probability;
-    /* joint: probability per step that they become as told again.
+    /* joint: probability per step that they become those of the model again.
      * (0, 0.1], default 4e-3. A model that was wrong for a while stays so. */
     double joint_process_recovery_probability;
     /* joint: probability per step that noise begins in many channels at once.

@@ -66,7 +66,7 @@ typedef struct hnav_observer_options {
      * sigma. */
     int32_t propagation;
     /* Relative tolerance of the states; the absolute one is this times the scale of a state.
-     * [1e-12, 1e-2], default 1e-7. Far below what sensors tell, and an interval is still one step of most plants. */
+     * [1e-12, 1e-2], default 1e-7. Far below what sensors measure, and an interval is still one step of most plants. */
     double rtol;
     /* The same of the transition matrix and of the noise that enters.
      * [1e-12, 0.1], default 1e-4. A sigma is wanted to four digits; with one tolerance for all the plant would be asked
