@@ -227,7 +227,7 @@ def test_slider_and_play_turn_the_body(page, tmp_path):
 
 def test_a_dark_screen_gets_light_ink():
     """Each colour of ink and paper that the layout and the panels use has another for dark screens."""
-    script = resources.files("hnav.reports").joinpath("page.js").read_text(encoding="utf-8")
+    script = resources.files("hnav.reports").joinpath("screen.js").read_text(encoding="utf-8")
     table = dict(re.findall(r'"(#\w{6})": "(#\w{6})"', script))
     for colour in (INK, FAINT, BLUE, *re.findall(r"#\w{6}", str((LAYOUT, AXIS)))):
         assert colour in table, colour

@@ -30,6 +30,7 @@ COMMANDS = {
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
     "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
     "observe": "An estimator made of an FMU and a plan of its sensors. FMUs are native code: one runs with all your rights.",
+    "live": "A filter over samples that arrive now: serial port, UDP, TCP, MAVLink, standard input; estimates, recording, page.",
     "demo": "Your own recording, or two of devices and a closed loop of FMUs: what the filter makes of it, and a page.",
 }
 

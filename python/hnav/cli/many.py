@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from html import escape
-from importlib import resources
 from pathlib import Path
 
 import pandas as pd
@@ -22,6 +21,7 @@ from hnav.cli.words import Interrupted, UsageError, in_one_line
 from hnav.errors import HnavError
 from hnav.io.outputs import OutputError, refuse_overwriting, write_files
 from hnav.io.record_file import RecordFile
+from hnav.reports.plain_page import plain_page
 from hnav.systems.pool import results
 
 UNFINISHED = "filtered.unfinished"
@@ -107,7 +107,6 @@ def _failed(job: Job, reason: str) -> Row:
 
 def write_index(folder: Path, rows: Sequence[Row]) -> None:
     """A row for each recording, as a table and as a page."""
-    style = resources.files("hnav.reports").joinpath("page.css").read_text(encoding="utf-8")
     failed = sum(bool(row["failure"]) for row in rows)
 
     def cells(row: Row) -> str:
@@ -115,13 +114,12 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
         told = f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
         return f"<tr><td>{escape(row['recording'])}</td><td>{link}</td><td>{escape(row['answer'])}{told}</td></tr>"
 
-    page = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>hnav · {escape(folder.name)}</title><link rel="icon" href="data:,"><style>{style}</style></head><body>'
-        f"<header><h1>{escape(folder.name)}</h1><dl><div><dt>recordings</dt><dd>{len(rows)}</dd></div><div><dt>failed</dt><dd>{failed}</dd></div>"
-        f"<div><dt>hnav</dt><dd>{__version__}</dd></div></dl></header><main><section><div class='scroll'><table class='words'>"
-        f"<tr><th>recording</th><th>table</th><th>answer</th></tr>{''.join(map(cells, rows))}</table></div></section></main></body></html>\n"
-    )
+    heads = "".join(f"<th>{head}</th>" for head in ("recording", "table", "answer"))
+    rows_of_page = f"<tr>{heads}</tr>{''.join(map(cells, rows))}"
+    page = plain_page(
+        folder.name, {"recordings": len(rows), "failed": failed},
+        f'<section><div class="scroll"><table class="words">{rows_of_page}</table></div></section>',
+    )  # fmt: skip
     write_files(
         {folder / "index.csv": pd.DataFrame(list(rows), columns=list(COLUMNS)).to_csv(index=False), folder / "index.html": page}
     )

@@ -16,6 +16,7 @@ from hnav.filters.calibration import MagnetometerCalibration
 from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.pieces import LongTable, long_table
+from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
 
@@ -57,6 +58,10 @@ class Reading:
         """The options by the arguments of hnav.read."""
         arguments = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "hemisphere"}
         return {**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}}
+
+    def wishes(self) -> Wishes:
+        """For lines that arrive now. Raises HnavError."""
+        return Wishes(**{name: value for name, value in self._arguments().items() if name != "format"})
 
     def check(self, data: Recording) -> list[Finding]:
         """What is not plausible in it."""

@@ -10,7 +10,7 @@ what made the file: version, filter, and the options that differ from the preset
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -121,14 +121,19 @@ def write_columns(path: str | Path, pieces: Iterator[Columns], said: Sequence[st
     write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, pieces, said)})
 
 
+def formats_of(table: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """How the numbers of each column are written."""
+    formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
+    return {name: PRECISE.get(name, text) for name, text in formats.items()}
+
+
 def _csv(path: Path, pieces: Iterator[Columns], said: Sequence[str]) -> Iterator[bytes]:
     head = [f"# {text}" for text in said]
     for table in pieces:
         if head:
             yield "\n".join([*head, ",".join(table), ""]).encode()
             head = []
-        formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
-        line = ",".join(PRECISE.get(name, text) for name, text in formats.items()) + "\n"
+        line = ",".join(formats_of(table).values()) + "\n"
         # A part at a time: as objects of Python the numbers take many times their room.
         for begin in range(0, len(table["t_s"]), ROWS):
             rows = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))

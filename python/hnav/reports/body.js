@@ -1,23 +1,15 @@
-// The body that turns. page.js has the colours and sizes of the screen.
-const canvas = document.getElementById("body-canvas");
-const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
-const body = JSON.parse(document.getElementById("body-data").textContent), t = new Float32Array(bytes(body.t));
-const unpacked = track => ({ ...track, q: new Int16Array(bytes(track.q)) });
-const tracks = body.tracks.map(unpacked), truth = body.truth && unpacked(body.truth);
-const slider = document.getElementById("body-time"), says = document.getElementById("body-says");
-const chooser = document.getElementById("body-filter"), button = document.getElementById("body-play");
-const speed = document.getElementById("body-speed");
+// A body on a canvas. screen.js has the colours and sizes of the screen; who draws sets frame, paints, and defines paint().
+const canvas = document.getElementById("body-canvas"), says = document.getElementById("body-says");
 const FLOOR = -0.75, c = canvas.getContext("2d");
-let azimuth = -0.6, elevation = 0.45, at = 0, playing = 0, size = 1;
+let azimuth = -0.6, elevation = 0.45, size = 1, frame = "ned";
 
 // Vectors of the page are east, north, up.
-const toEnu = body.frame === "enu" ? v => v : v => [v[1], v[0], -v[2]];
+const toEnu = v => frame === "enu" ? v : [v[1], v[0], -v[2]];
 function turned(q, v) {
   const [w, x, y, z] = q, [a, b, c] = v;
   const p = 2 * (y * c - z * b), r = 2 * (z * a - x * c), s = 2 * (x * b - y * a);
   return toEnu([a + w * p + y * s - z * r, b + w * r + z * p - x * s, c + w * s + x * r - y * p]);
 }
-const attitude = (track, i) => Array.from(track.q.subarray(4 * i, 4 * i + 4), part => part / body.unit);
 const known = q => q.some(value => value !== 0);
 
 const HALF = [1, 0.62, 0.16];
@@ -97,21 +89,18 @@ function paintBox(q, colour, filled) {
   c.setLineDash([]);
 }
 
-function paint() {
-  const ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight, ink = onScreen("#333333");
+// An empty canvas with the floor, as large as the page has it.
+function clear() {
+  const ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   canvas.width = width * ratio;
   canvas.height = height * ratio;
   size = Math.min(width / 3.4, height / 3.05);
   c.scale(ratio, ratio);
   c.translate(width / 2, height / 2 - 0.03 * size);
   paintFloor();
-  const track = tracks[chooser ? chooser.value : 0], q = attitude(track, at);
-  if (known(q)) paintNose(q, onScreen(track.colour), ink);
-  if (truth && known(attitude(truth, at))) paintBox(attitude(truth, at), ink, false);
-  tell(q);
 }
 
-function tell(q) {
+function label(t, q) {
   let angles = "no attitude yet";
   if (known(q)) {
     const [w, x, y, z] = q, degrees = 180 / Math.PI;
@@ -120,36 +109,9 @@ function tell(q) {
     const nose = turned(q, [1, 0, 0]), heading = (degrees * Math.atan2(nose[0], nose[1]) + 360) % 360;
     angles = `roll ${roll.toFixed(1)}°  pitch ${pitch.toFixed(1)}°  heading ${heading.toFixed(1)}°`;
   }
-  says.textContent = `${t[at].toFixed(2)} s   ${angles}`;
+  says.textContent = `${t.toFixed(2)} s   ${angles}`;
 }
 
-function show(i) {
-  at = Math.max(0, Math.min(t.length - 1, i));
-  slider.value = at;
-  paint();
-}
-function play(now) {
-  if (!playing) return;
-  const until = playing.t + (now - playing.now) / 1000 * Number(playing.speed);
-  let i = at;
-  while (i < t.length - 1 && t[i + 1] <= until) ++i;
-  if (i !== at) show(i);
-  if (at === t.length - 1) stop(); else requestAnimationFrame(play);
-}
-function stop() {
-  playing = 0;
-  button.textContent = "play";
-}
-function start() {
-  if (at === t.length - 1) at = 0;
-  playing = { t: t[at], now: performance.now(), speed: speed.value };
-  button.textContent = "stop";
-  requestAnimationFrame(play);
-}
-button.addEventListener("click", () => (playing ? stop() : start()));
-speed.addEventListener("change", () => playing && start());
-slider.addEventListener("input", () => { stop(); show(Number(slider.value)); });
-if (chooser) chooser.addEventListener("change", paint);
 let from = null;
 canvas.addEventListener("pointerdown", event => { from = event; canvas.setPointerCapture(event.pointerId); });
 canvas.addEventListener("pointermove", event => {
@@ -162,5 +124,3 @@ canvas.addEventListener("pointermove", event => {
 canvas.addEventListener("pointerup", () => { from = null; });
 dark.addEventListener("change", paint);
 addEventListener("resize", paint);
-// The first moment shows nothing: the middle of the run does.
-show(Math.floor(t.length / 2));

@@ -1,17 +1,17 @@
-"""The panel of the report with a body that turns: attitudes for body.js, which draws them on a canvas."""
+"""The panel of the report with a body that turns: attitudes for body_player.js, which draws them on a canvas."""
 
 from __future__ import annotations
 
 import base64
 import json
 from html import escape
-from importlib import resources
 
 import numpy as np
 
 from hnav.reports.attitude_panels import has_filters, truth_name
 from hnav.reports.colours import INK
 from hnav.reports.panels import colour_of, panel
+from hnav.reports.plain_page import text_of
 from hnav.systems.results import Run
 from hnav.systems.run_views import estimates, truth_q_nb
 
@@ -50,5 +50,5 @@ def body_panel(run: Run) -> str:
         f'<label>speed <select id="body-speed">{speeds}</select></label>{chooser}</div>'
         f'<script type="application/json" id="body-data">{said}</script>'
         # A module waits until the page is there, and page.js has run.
-        f'<script type="module">{resources.files("hnav.reports").joinpath("body.js").read_text(encoding="utf-8")}</script>'
+        f'<script type="module">{text_of("body.js", "body_player.js")}</script>'
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from html import escape
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ try:
     from hnav.reports.health_panel import health_panel
     from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
     from hnav.reports.panels import Panel, colour_of
+    from hnav.reports.plain_page import text_of
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
 
@@ -43,7 +43,7 @@ PANELS: tuple[Panel, ...] = (
     *NAVIGATION_RUN_PANELS,
     timing_panel,
 )
-STYLE, SCRIPT = "page.css", "page.js"
+STYLE, SCRIPTS = "page.css", ("screen.js", "page.js")
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 # Colours with a counterpart for dark screens in page.js. The legend is at the bottom, the toolbar at the top.
 LAYOUT = dict(
@@ -76,7 +76,7 @@ def page(run: Run, panels: Sequence[Panel]) -> str:
 
 def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Panel]) -> str:
     """The whole document: head and figures are HTML and stand above the panels. run: what the panels draw, with times t_s."""
-    style, script = (resources.files("hnav.reports").joinpath(name).read_text(encoding="utf-8") for name in (STYLE, SCRIPT))
+    style, script = text_of(STYLE), text_of(*SCRIPTS)
     links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
     return "\n".join([
         "<!doctype html>", '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',

@@ -130,7 +130,7 @@ def _rows(record: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[st
     """A record as one row; or, where it holds lists of vectors, as a row for each, at equal steps to the next record's time."""
     flat: dict[str, Any] = {}
     batches: dict[str, Sequence[Any]] = {}
-    for key, value in _flat(record, "", depth):
+    for key, value in flattened(record, "", depth):
         if isinstance(value, list):
             batches[key] = value
         else:
@@ -147,7 +147,7 @@ def _rows(record: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[st
     for key, batch in batches.items():
         sensor = key.rsplit("_", 1)[-1].removeprefix("Array")
         for place, vector in enumerate(batch):
-            row = dict(_flat(vector, "", depth + 1)) if isinstance(vector, Mapping) else dict(zip(AXES, vector))
+            row = dict(flattened(vector, "", depth + 1)) if isinstance(vector, Mapping) else dict(zip(AXES, vector))
             yield (
                 sensor,
                 {
@@ -162,11 +162,12 @@ def _rows(record: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[st
 BATCH, PLACE, LENGTH = "batch_", "place in batch", "batch length"
 
 
-def _flat(record: Mapping[str, Any], before: str, depth: int) -> Iterator[tuple[str, Any]]:
+def flattened(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """Names and values of a record in records; three numbers are its axes."""
     for key, value in record.items():
         name = f"{before}_{key}" if before and str(key) != "values" else before if str(key) == "values" else str(key)
         if isinstance(value, Mapping) and depth < DEEPEST:
-            yield from _flat(value, "" if str(key) in ("values", "data", "payload") else name, depth + 1)
+            yield from flattened(value, "" if str(key) in ("values", "data", "payload") else name, depth + 1)
         elif isinstance(value, list) and len(value) == 3 and not isinstance(value[0], (list, Mapping)):
             yield from ((f"{name}_{axis}", one) for axis, one in zip(AXES, value))
         elif isinstance(value, list):

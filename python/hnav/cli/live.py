@@ -1,0 +1,356 @@
+"""hnav live: samples that arrive now through a filter; estimates as JSON lines, a recording, a page."""
+
+from __future__ import annotations
+
+import math
+import signal
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from hnav.cli import navigation
+from hnav.cli.console import console
+from hnav.cli.filter import preset_and_settings
+from hnav.cli.parameters import (
+    Calibration,
+    FilterName,
+    Frame,
+    PlaceAndDate,
+    Preset,
+    Sensor,
+    SensorGrade,
+    Settings,
+    parse_settings,
+)
+from hnav.cli.recordings import Reading, lines_of, warn, with_reading
+from hnav.cli.words import UsageError, with_options
+from hnav.filters.attitude_answers import Run
+from hnav.filters.attitude_recording import LibraryRun
+from hnav.filters.calibration import MagnetometerCalibration, read_calibration
+from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.options import Options
+from hnav.filters.run_files import columns, formats_of
+from hnav.io.live_lines import LiveLines
+from hnav.io.live_sources import BAUD, Chunk, LiveSource, address_of
+from hnav.io.recordings import CSV_COLUMNS, Recording
+from hnav.native.arrays import Array
+from hnav.reports.live_page import INTERVAL_S, LOCAL, PORT, LivePage
+
+WAIT_S = 0.1
+STALL_S = 2.0
+"""Without a line for so long a source has stalled."""
+GAP_S = 0.1
+"""Between the times of two rows: a longer one is counted."""
+CHECK_S = 5.0
+"""So much is looked at for units, axes and signs that are not plausible."""
+RATE_S = 1.0
+"""Rates are those of so long."""
+LAST_NOTES = 6
+
+
+@with_reading
+def command(
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="Serial port (/dev/ttyUSB0, COM3), udp://HOST:PORT (listens), tcp://HOST:PORT (connects), mavlink:CONNECTION as of pymavlink, "
+            "- for standard input; lines of CSV or JSON"
+        ),
+    ],
+    filter: FilterName = "ahrs",
+    to: Annotated[
+        str | None, typer.Option(metavar="udp://HOST:PORT", help="Send the estimates there instead of to standard output")
+    ] = None,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE.csv", help="New file for the samples; hnav filter gives the same numbers of it")
+    ] = None,
+    page: Annotated[bool, typer.Option("--page", help=f"Serve a page at http://{LOCAL}:{PORT}/")] = False,
+    port: Annotated[int, typer.Option(help="Of the page; 0: any that is free")] = PORT,
+    host: Annotated[str, typer.Option(help="Of the page: another address lets other machines see it")] = LOCAL,
+    baud: Annotated[int, typer.Option(help="Of a serial port")] = BAUD,
+    seconds: Annotated[
+        float | None, typer.Option(help="End after so long; default: at the end of the source, or by Ctrl-C")
+    ] = None,
+    settings: Settings = None,
+    preset: Preset = "default",
+    frame: Frame = None,
+    *,
+    reading: Reading,
+    calibration: Calibration = None,
+    place_and_date: PlaceAndDate = None,
+    grade: SensorGrade = None,
+    sensor: Sensor = None,
+) -> None:
+    if filter == navigation.NAME:
+        raise UsageError("--filter ins: live are the attitude filters, ahrs and hrekf; record the samples, and filter the file")
+    if reading.format is not None:
+        raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
+    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
+    chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
+    iron = None if calibration is None else read_calibration(calibration)
+    with ExitStack() as opened:
+        live = Live(LiveLines(reading.wishes()), LibraryRun(Options(filter, preset, **chosen)), iron, reading)
+        live_source = LiveSource.named(source, baud)
+        if to is not None:
+            live.estimates.append(opened.enter_context(Sender(to)).send)
+        elif not (page and sys.stdout.isatty()):
+            live.estimates.append(print_lines)
+        if page:
+            live.page = opened.enter_context(LivePage(source, filter, host, port))
+            live.note(f"page: {live.page.url}")
+            if host != LOCAL:
+                warn([f"warning: --host {host}: whoever reaches this machine can see the page"])
+        if record is not None:
+            live.outputs.append(opened.enter_context(Record(record)).write)
+        opened.enter_context(live_source)
+        try:
+            with ended_by_signals() as ended:
+                run(live, live_source, math.inf if seconds is None else time.monotonic() + seconds, ended)
+        finally:
+            live.note(", ".join(f"{name} {n}" for name, n in live.counted(live_source).items()))
+
+
+class Live:
+    """What a session holds: lines become rows, rows a recording, estimates and the state of a page."""
+
+    def __init__(self, lines: LiveLines, library: LibraryRun, iron: MagnetometerCalibration | None, reading: Reading):
+        self.lines, self._library, self._iron, self._reading = lines, library, iron, reading
+        self.outputs: list[Callable[[Array], None]] = []
+        """Take the rows."""
+        self.estimates: list[Callable[[list[str]], None]] = []
+        """Take a line of JSON for each row."""
+        self.page: LivePage | None = None
+        self._notes: list[str] = []
+        self._newest: dict[str, Any] = {}
+        self._newest_arrived_s, self._last_t_s = math.nan, math.nan
+        self._begin: list[Array] | None = []
+        self._arrivals: list[tuple[float, list[int]]] = []
+
+    def note(self, text: str, warning: bool = False) -> None:
+        """To stderr, where lines are no part of the answer, and to the page."""
+        self._notes = [*self._notes[-LAST_NOTES + 1 :], text]
+        if warning or not console.quiet:
+            print(f"warning: {text}" if warning else text, file=sys.stderr, flush=True)
+
+    def take(self, rows: Array, arrived_s: float) -> None:
+        """Rows that have arrived, the newest at this time of time.monotonic(). Raises HnavError."""
+        for text in self.lines.notes:
+            self.note(with_options(text))
+        self.lines.notes.clear()
+        if not len(rows):
+            return
+        self.lines.counts["gaps"] += int((np.diff(rows[:, 0], prepend=self._last_t_s) > GAP_S).sum())
+        self._last_t_s = float(rows[-1, 0])
+        for output in self.outputs:
+            output(rows)
+        recording = recording_of_rows(rows)
+        run = self._library.go_on(recording if self._iron is None else self._iron.apply_to(recording))
+        table = columns(run)
+        text_lines = json_lines(table) if self.estimates else []
+        for estimate in self.estimates:
+            estimate(text_lines)
+        if self.page is not None:
+            self._arrivals.append((arrived_s, [len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS]))
+            self._newest, self._newest_arrived_s = state_of(run, table), arrived_s
+        self._check(rows)
+
+    def show(self, source: LiveSource, stalled_s: float) -> None:
+        """The newest row to the page."""
+        if self.page is None or not self._newest:
+            return
+        now_s = time.monotonic()
+        self._arrivals = [one for one in self._arrivals if one[0] > now_s - RATE_S]
+        rates = dict(zip(HEALTH_SENSORS, np.sum([n for _, n in self._arrivals] or [[0, 0, 0]], axis=0) / RATE_S))
+        state = {
+            "age_ms": 1e3 * (now_s - self._newest_arrived_s),
+            "rates": rates,
+            "counts": self.counted(source),
+            "notes": self._notes,
+        }
+        self.page.show({**self._newest, **state, "stalled": stalled_s if stalled_s > STALL_S else 0})
+
+    def counted(self, source: LiveSource) -> dict[str, int]:
+        """All that has arrived, and all that was lost or changed."""
+        shown = {
+            "lines": 0,
+            "rows": 0,
+            **self.lines.counts,
+            "dropped by the system": source.dropped,
+            "opened": source.connections,
+        }
+        return {name: n for name, n in shown.items() if n or name in ("lines", "rows")}
+
+    def _check(self, rows: Array) -> None:
+        """Says what is not plausible in the first CHECK_S, once."""
+        if self._begin is None:
+            return
+        self._begin.append(rows)
+        if rows[-1, 0] - self._begin[0][0, 0] > CHECK_S:
+            threading.Thread(target=self._say_findings, args=(np.concatenate(self._begin),), daemon=True).start()
+            self._begin = None
+
+    def _say_findings(self, rows: Array) -> None:
+        """Beside the filter: a check takes longer than samples may wait."""
+        warn(lines_of([finding for finding in self._reading.check(recording_of_rows(rows)) if finding.level != "note"]))
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[threading.Event]:
+    """Set by Ctrl-C and SIGTERM: what has arrived goes through the filter before the end. A second one interrupts."""
+    ended = threading.Event()
+    if threading.current_thread() is not threading.main_thread():  # signals are for the main thread alone
+        yield ended
+        return
+
+    before = {int(number): signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def end(number: int, _: object) -> None:
+        ended.set()
+        signal.signal(number, before[number])
+
+    try:
+        for number in before:
+            signal.signal(number, end)
+        yield ended
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def run(live: Live, source: LiveSource, until_s: float, ended: threading.Event) -> None:
+    """Until the source ends, or the time, or the user ends it. Raises HnavError when the lines are no samples, and when the filter cannot
+    go on."""
+    watch = Watch(live, source)
+    shown_s = time.monotonic()
+    while (now_s := time.monotonic()) < until_s and not ended.is_set():
+        chunks = source.wait(INTERVAL_S if live.page else WAIT_S)
+        watch.see(chunks or [])
+        live.take(live.lines.take(chunks or [], ending=chunks is None), watch.arrived_s)
+        if time.monotonic() - shown_s >= INTERVAL_S:
+            live.show(source, now_s - watch.arrived_s)
+            shown_s = time.monotonic()
+        if chunks is None:
+            return
+    live.take(live.lines.take(source.wait(0) or [], ending=True), watch.arrived_s)
+
+
+class Watch:
+    """Says when a source is lost, opened again, stalls and goes on."""
+
+    def __init__(self, live: Live, source: LiveSource):
+        self._live, self._source = live, source
+        self.arrived_s = time.monotonic()
+        """Of the newest bytes."""
+        self._stalled, self._failure, self._connections, self._dropped = False, "", 0, 0
+
+    def see(self, chunks: Sequence[Chunk]) -> None:
+        """What came, perhaps nothing."""
+        source, note = self._source, self._live.note
+        if source.failure != self._failure:
+            self._failure = source.failure
+            if self._failure:
+                note(f"{source.name}: {self._failure}; trying again", warning=True)
+        if source.connections != self._connections:
+            note(f"{source.name}: opened{' again' if self._connections else ''}")
+        self._connections = source.connections
+        if source.dropped and not self._dropped:
+            note(
+                f"{source.name}: the system drops datagrams, for which it has no room; the count is said at the end", warning=True
+            )
+        self._dropped = source.dropped
+        if chunks:
+            if self._stalled:
+                note(f"{source.name}: goes on after {chunks[0].arrived_s - self.arrived_s:.1f} s")
+            self.arrived_s, self._stalled = chunks[-1].arrived_s, False
+        elif not self._stalled and time.monotonic() - self.arrived_s > STALL_S:
+            self._stalled = True
+            self._live.lines.counts["stalls"] += 1
+            note(f"{source.name}: nothing came for {STALL_S:g} s", warning=True)
+
+
+# --------------------------------------------------------------------------------------------- what goes out
+
+
+def recording_of_rows(rows: Array) -> Recording:
+    """n x 10, as of LiveLines."""
+    return Recording("live", rows[:, 0].copy(), *(np.ascontiguousarray(rows[:, begin : begin + 3]) for begin in (1, 4, 7)))
+
+
+def json_lines(table: Mapping[str, np.ndarray]) -> list[str]:
+    """A line for each row, by the names and with the digits of the table of hnav filter; null where there is no number."""
+    text = ", ".join(f'"{name}": {shape}' for name, shape in formats_of(table).items())
+    rows = zip(*(values.tolist() for values in table.values()))
+    return ["{" + (text % row).replace(": nan", ": null") + "}" for row in rows]
+
+
+def print_lines(lines: list[str]) -> None:
+    """To standard output, at once."""
+    sys.stdout.write("\n".join([*lines, ""]))
+    sys.stdout.flush()
+
+
+def state_of(run: Run, table: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Of the newest row, for the page."""
+    last = {name: float(values[-1]) for name, values in table.items()}
+    known = math.isfinite(last["q0"])
+    return {
+        "t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None,
+        "frame": run.options.navigation_frame if run.options else "ned", "heading_deg": last["heading_deg"] if known else None,
+        "sigma_deg": np.degrees(run.sigma_rad[-1]).tolist() if known else None,
+        "ready": {"tilt": bool(run.ready[-1, 0]), "heading": bool(run.ready[-1, 1])},
+        "health": {name: SENSOR_STATES[state] for name, state in zip(HEALTH_SENSORS, run.health[-1])},
+    }  # fmt: skip
+
+
+class Record:
+    """A new table of samples in SI units, written row by row: what was written stays, however the session ends."""
+
+    def __init__(self, path: Path):
+        try:
+            self._file = path.open("x", encoding="utf-8")
+        except FileExistsError:
+            raise UsageError(f"--record {path}: it exists already: name a new file") from None
+        self._file.write(",".join(CSV_COLUMNS) + "\n")
+
+    def __enter__(self) -> Record:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, rows: Array) -> None:
+        """Numbers in full, empty where there is none."""
+        text = "\n".join([",".join(map(repr, row)) for row in rows.tolist()])
+        self._file.write(text.replace("nan", "") + "\n")
+        self._file.flush()
+
+
+class Sender:
+    """Lines as datagrams."""
+
+    def __init__(self, url: str):
+        if not url.startswith("udp://"):
+            raise UsageError(f"--to {url}: write udp://HOST:PORT")
+        host, port = address_of(url)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.connect((host or LOCAL, port))
+
+    def __enter__(self) -> Sender:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._socket.close()
+
+    def send(self, lines: list[str]) -> None:
+        """A datagram for each."""
+        for line in lines:
+            with suppress(ConnectionRefusedError):  # the receiver may start later
+                self._socket.send(line.encode())

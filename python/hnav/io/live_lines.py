@@ -1,0 +1,316 @@
+"""Lines that arrive while a device runs become rows of samples in SI units: CSV with or without a header, JSON objects.
+
+    lines = LiveLines(Wishes(gyro_unit="deg/s"))
+    rows = lines.take(source.wait(0.1))     # n x 10: t_s, rate, force, field; NaN where a sample is missing
+
+Columns, units and axes are found as in files (hnav.io.readers). Every line that gives no row is counted, by the reason.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hnav.io.live_sources import Chunk
+from hnav.io.readers.cells import BLANKS, DELIMITERS, is_number
+from hnav.io.readers.clock import unit_by_size
+from hnav.io.readers.columns import Column, columns_of
+from hnav.io.readers.layout import Layout
+from hnav.io.readers.streams import WITHIN_S, Wishes, turned
+from hnav.io.readers.tables import Table, missing_column, stream_of
+from hnav.io.readers.trees import flattened
+from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
+from hnav.native.arrays import Array
+from hnav.units import si_per
+
+PROBE_LINES, PROBE_S = 50, 1.0
+"""So many lines, or those of so long, are read before the first row is answered: the numbers of several lines show their units."""
+LONGEST_LINE = 65_536
+"""Bytes: what has no end of line after so many is no text."""
+SET_AHEAD_S = 3600.0
+"""A stamp that is ahead of the one before by so much more than the time between their arrivals is that of a clock that was set."""
+FEWEST_COLUMNS = 6
+"""Of a line that is taken for a header: the axes of a gyroscope and an accelerometer."""
+BESIDE_S = 1e-6
+"""A row with the stamp of the one before and other sensors is put so much later."""
+SHOWN = "the source"
+SHOWN_CHARACTERS = 60
+
+
+class Line(NamedTuple):
+    """What a line holds."""
+
+    names: tuple[str, ...]
+    cells: Sequence[Any]
+    arrived_s: float
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How the cells of a line become a row."""
+
+    places: tuple[int, ...]
+    """Of each of the ten numbers of a row; -1: the line has none."""
+    factors: tuple[float, ...]
+    table: Table
+    """The lines that it was found by."""
+
+    def row(self, cells: Sequence[Any]) -> list[float]:
+        """Raises ValueError, TypeError or IndexError for a line that is none."""
+        return [
+            math.nan if place < 0 or cells[place] in ("", None) else float(cells[place]) * factor
+            for place, factor in zip(self.places, self.factors)
+        ]
+
+    def has(self, sensor: str) -> bool:
+        """Whether its lines have the axes of a sensor."""
+        return self.places[CSV_COLUMNS.index(f"{sensor[0]}x")] >= 0
+
+
+class LiveClock:
+    """Times that increase, whatever the stamps do: after a clock was set, time goes on by the times of arrival."""
+
+    def __init__(self) -> None:
+        self._last_s, self._arrived_s, self._offset_s = math.nan, math.nan, 0.0
+
+    def take(self, stamp_s: float, arrived_s: float, beside: bool) -> tuple[float, float]:
+        """The time of a row, NaN if it is too late to be used; and by how much the clock was set, 0 if it was not. beside: it has
+        other sensors than the row before."""
+        t_s, set_s = stamp_s + self._offset_s, 0.0
+        waited_s = arrived_s - self._arrived_s
+        ahead_s = t_s - self._last_s  # NaN at the first row
+        if ahead_s < -WITHIN_S or ahead_s > waited_s + SET_AHEAD_S:
+            set_s = ahead_s
+            t_s = self._last_s + max(waited_s, BESIDE_S)
+            self._offset_s = t_s - stamp_s
+        elif ahead_s == 0 and beside:
+            t_s += BESIDE_S
+        elif ahead_s <= 0:
+            return math.nan, 0.0
+        self._last_s, self._arrived_s = t_s, arrived_s
+        return t_s, set_s
+
+
+class LiveLines:
+    """Decoder of a stream of lines.
+
+    wishes: columns, units, axes, rate_hz, drop_repeats as of hnav.read. Raises RecordingError from take when the lines have no columns of
+    times, a gyroscope and an accelerometer.
+    """
+
+    def __init__(self, wishes: Wishes):
+        self.counts: Counter[str] = Counter()
+        """Lines, rows, and what was left out, by reason."""
+        self.notes: list[str] = []
+        """What was assumed or mended; the caller says it and empties the list."""
+        self._wishes, self._clock = wishes, LiveClock()
+        self._rest, self._connection = b"", 0
+        self._names: tuple[str, ...] = ()
+        self._delimiter = ","
+        self._schemes: dict[tuple[str, ...], Scheme | None] = {}
+        self._probe: list[Line] | None = []
+        self._before: list[float] = [math.nan] * len(CSV_COLUMNS)
+        self._newest: dict[int, list[float]] = {}
+        self._timed = 0
+
+    def take(self, chunks: Sequence[Chunk], ending: bool = False) -> Array:
+        """The rows of these bytes. ending: nothing more comes."""
+        lines = [line for chunk in chunks for line in self._lines(chunk)]
+        if self._probe is not None:
+            self._probe += lines
+            known = [line for line in self._probe if any(map(is_number, map(str, line.cells)))]
+            waited_s = time.monotonic() - known[0].arrived_s if known else 0.0
+            if not known or not (ending or len(known) >= PROBE_LINES or waited_s > PROBE_S):
+                return np.empty((0, len(CSV_COLUMNS)))
+            lines, self._probe = self._probe, None
+            self._find_schemes(lines)
+        rows = [row for line in lines if (row := self._row(line)) is not None]
+        self.counts["rows"] += len(rows)
+        return np.array(rows, float).reshape(-1, len(CSV_COLUMNS))
+
+    # ----------------------------------------------------------------------------------------- text
+
+    def _lines(self, chunk: Chunk) -> list[Line]:
+        """The whole lines that may be samples; a part of one waits for the next chunk of the same connection."""
+        if chunk.connection != self._connection:
+            self.counts["cut off"] += bool(self._rest)
+            self._rest, self._connection = b"", chunk.connection
+        *whole, self._rest = (self._rest + chunk.data).replace(b"\r", b"\n").split(b"\n")
+        if len(self._rest) > LONGEST_LINE:
+            self._rest = b""
+            self._leave_out(b"a line without end")
+        found = []
+        for line in whole:
+            if line.strip():
+                self.counts["lines"] += 1
+                found += [Line(*parts, chunk.arrived_s)] if (parts := self._parted(line)) else []
+        return found
+
+    def _parted(self, line: bytes) -> tuple[tuple[str, ...], Sequence[Any]] | None:
+        """Names and cells; None for a header, which goes for what follows, and for what is neither."""
+        try:
+            text = line.decode().strip()
+            if text.startswith("{"):
+                values = dict(flattened(json.loads(text)))
+                return tuple(values), tuple(values.values())
+        except (ValueError, RecursionError, AttributeError):
+            self._leave_out(line)
+            return None
+        if not self._names or not (text[0] in "0123456789.+-" or text.startswith(self._delimiter)):
+            return self._begin(text)
+        if self._delimiter != ",":  # then it is a decimal one
+            text = text.replace(",", ".")
+        return self._names, text.split() if self._delimiter == BLANKS else [cell.strip() for cell in text.split(self._delimiter)]
+
+    def _begin(self, text: str) -> tuple[tuple[str, ...], Sequence[Any]] | None:
+        """A line before which no header was seen, or which may be one."""
+        parted = {mark: text.split() if mark == BLANKS else [cell.strip() for cell in text.split(mark)] for mark in DELIMITERS}
+        of_numbers = [mark for mark, cells in parted.items() if all(map(is_number, filter(None, cells)))]
+        if of_numbers:
+            delimiter = max(of_numbers, key=lambda mark: len(parted[mark]))
+            names = self._names_of_places(len(parted[delimiter]))
+        else:
+            headers = {**parted, BLANKS: text.lstrip("#% ").split()}
+            delimiter = max(headers, key=lambda mark: len(self._columns(headers[mark])))
+            names = tuple(headers[delimiter])
+            if len(self._columns(names)) < FEWEST_COLUMNS:
+                names = ()
+        if not names:
+            self._leave_out(text.encode())
+            return None
+        self._names, self._delimiter = names, delimiter
+        return self._parted(text.encode()) if of_numbers else None
+
+    def _names_of_places(self, count: int) -> tuple[str, ...]:
+        """Of numbers without a header: as they were named by their places, or in the order of CSV_COLUMNS, with or without times."""
+        if self._wishes.columns:
+            return tuple(str(place + 1) for place in range(count))
+        begin = 1 if self._wishes.rate_hz else 0
+        named = next((CSV_COLUMNS[begin:end] for end in (7, 10) if end - begin == count), ())
+        if named:
+            self.notes.append(f"no header: taken for {','.join(named)} in SI units")
+        return tuple(named)
+
+    def _leave_out(self, line: bytes) -> None:
+        self.counts["no sample"] += 1
+        if self.counts["no sample"] == 1:
+            shown = repr(line[:SHOWN_CHARACTERS])[2:-1]  # nothing in it reaches a terminal as it is
+            self.notes.append(f"a line is no sample, the first of those that are counted: {shown}")
+
+    # ----------------------------------------------------------------------------------------- rows
+
+    def _columns(self, names: Sequence[str]) -> dict[str, Column]:
+        """Of samples of inertial and magnetic sensors. Raises RecordingError."""
+        found = columns_of(names, self._wishes.columns, SHOWN)
+        return {role: column for role, column in found.items() if role in CSV_COLUMNS}
+
+    def _find_schemes(self, lines: Sequence[Line]) -> None:
+        """Raises RecordingError when all of them together lack the times or a sensor."""
+        for names in dict.fromkeys(line.names for line in lines):
+            self._scheme(names, [line for line in lines if line.names == names])
+        found = [scheme for scheme in self._schemes.values() if scheme]
+        for sensor in ("gyro", "accel"):
+            if not any(scheme.has(sensor) for scheme in found):
+                empty = Table({}, {}, Layout(-1, [*lines[0].names], ","))
+                table = found[0].table if found else empty
+                raise RecordingError(missing_column(SHOWN, table, *(f"{sensor[0]}{axis}" for axis in "xyz")))
+
+    def _scheme(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
+        """Of lines with these names, found by the first of them; None where they have no samples."""
+        if names not in self._schemes:
+            self._schemes[names] = self._found(names, lines)
+        return self._schemes[names]
+
+    def _found(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
+        columns = self._columns(names)
+        if not any(role != "t_s" for role in columns):
+            return None
+        values = {role: np.array([_number(line.cells, column.place) for line in lines]) for role, column in columns.items()}
+        table = Table(columns, values, Layout(-1, [*names], ","))
+        places, factors = [-1] * len(CSV_COLUMNS), [1.0] * len(CSV_COLUMNS)
+        if self._wishes.rate_hz is None:
+            places[0], factors[0] = self._time_of(table)
+        for sensor in ARRAYS:
+            if any(f"{sensor[0]}{axis}" in columns for axis in "xyz"):
+                at = CSV_COLUMNS.index(f"{sensor[0]}x")
+                places[at : at + 3], factors[at : at + 3] = zip(*self._axes_of(sensor, table))
+        return Scheme(tuple(places), tuple(factors), table)
+
+    def _time_of(self, table: Table) -> tuple[int, float]:
+        """Place of the time, and its unit in s. Raises RecordingError."""
+        column = table.columns.get("t_s")
+        if column is None:
+            raise RecordingError(f"{missing_column(SHOWN, table, 't_s')}, or give rate_hz")
+        unit = self._wishes.unit("time", column.unit)
+        if unit.source == "assumed" or (unit.source == "by header" and unit.name == "s"):
+            unit = unit_by_size(table.values["t_s"], unit) or unit
+        return column.place, si_per("time", unit.name)
+
+    def _axes_of(self, sensor: str, table: Table) -> list[tuple[int, float]]:
+        """Of x, y and z: place, and unit with its sign in SI. Raises RecordingError."""
+        unit = stream_of(SHOWN, table, sensor, table.values[f"{sensor[0]}x"], self._wishes, None).unit
+        if unit.source != "by header":
+            self.notes.append(f"{sensor}: {unit}")
+        order, signs = turned(self._wishes.axes.get(sensor, "x,y,z"))
+        columns = [table.columns[sensor[0] + "xyz"[source]] for source in order]
+        return [(column.place, float(sign * column.sign) * si_per(sensor, unit.name)) for column, sign in zip(columns, signs)]
+
+    def _row(self, line: Line) -> list[float] | None:
+        """A row with a time that increases; None for a line that is none, which is counted."""
+        row = self._numbers(line)
+        if row is None:
+            self._leave_out(",".join(map(str, line.cells)).encode())
+            return None
+        if self._wishes.drop_repeats and not self._drop_repeats(row):
+            self.counts["repeated"] += 1
+            return None
+        beside = all(math.isnan(new) or math.isnan(old) for new, old in zip(row[1:], self._before[1:]))
+        t_s, set_s = self._clock.take(row[0], line.arrived_s, beside)
+        if math.isnan(t_s):
+            self.counts["late"] += 1
+            return None
+        if set_s:
+            self.counts["clock set"] += 1
+            self.notes.append(f"the clock of the source was set by {set_s:+.6g} s; time goes on from {t_s:.10g} s")
+        row[0], self._before = t_s, row
+        return row
+
+    def _numbers(self, line: Line) -> list[float] | None:
+        """The ten of a row; None where the line has no time, no sample, or something else."""
+        scheme = self._scheme(line.names, [line])
+        if scheme is None or len(line.cells) > len(line.names):
+            return None
+        try:
+            row = scheme.row(line.cells)
+        except (ValueError, TypeError, IndexError, OverflowError):
+            return None
+        if self._wishes.rate_hz is not None:
+            row[0] = self._timed / self._wishes.rate_hz
+            self._timed += 1
+        if math.isnan(row[0]) or any(map(math.isinf, row)) or all(map(math.isnan, row[1:])):
+            return None
+        return row
+
+    def _drop_repeats(self, row: list[float]) -> bool:
+        """Empties the samples that repeat the one before; whether one is left."""
+        for first in (1, 4, 7):
+            values = row[first : first + 3]
+            if values == self._newest.get(first):
+                row[first : first + 3] = 3 * [math.nan]
+            elif not any(map(math.isnan, values)):
+                self._newest[first] = values
+        return not all(map(math.isnan, row[1:]))
+
+
+def _number(cells: Sequence[Any], place: int) -> float:
+    try:
+        return math.nan if cells[place] in ("", None) else float(cells[place])
+    except (ValueError, TypeError, IndexError):
+        return math.nan

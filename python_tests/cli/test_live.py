@@ -1,0 +1,335 @@
+"""hnav live: every kind of source, recorded and filtered again to the same numbers; what goes wrong is counted; the page."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import recorded
+from browser import Tab
+from command_line import hnav
+from motion import tilted_motion
+
+LOCAL = "127.0.0.1"
+DEADLINE_S = 40
+
+
+@pytest.fixture(scope="module")
+def lines(tmp_path_factory) -> list[str]:
+    """Of a table in deg/s, g and uT: the header, and eight seconds at 100 Hz."""
+    path = recorded.x_io(tmp_path_factory.mktemp("lines"), tilted_motion(8).recording)
+    return path.read_text().splitlines()
+
+
+class Session:
+    """hnav live in a process of its own."""
+
+    def __init__(self, folder: Path, source: str, *options: object, stdin: object = subprocess.DEVNULL):
+        self.record, self._out, self._err = folder / "live.csv", folder / "out", folder / "err"
+        command = [sys.executable, "-m", "hnav", "live", source, "--record", self.record, *options]
+        with self._out.open("w") as out, self._err.open("w") as err:
+            self.process = subprocess.Popen([str(part) for part in command], stdin=stdin, stdout=out, stderr=err)
+
+    @property
+    def said(self) -> str:
+        return self._err.read_text()
+
+    @property
+    def answers(self) -> list[str]:
+        return self._out.read_text().splitlines()
+
+    def wait_for(self, holds, what: str):
+        end_s = time.monotonic() + DEADLINE_S
+        while not (found := holds()):
+            assert time.monotonic() < end_s and self.process.poll() is None, f"{what}: {self.said}"
+            time.sleep(0.02)
+        return found
+
+    def wait_for_rows(self, n: int) -> None:
+        self.wait_for(lambda: self.record.exists() and self.record.read_text().count("\n") > n, f"{n} rows")
+
+    def end(self) -> dict[str, int]:
+        """Ctrl-C; the counts of the last line."""
+        self.process.send_signal(signal.SIGINT)
+        assert self.process.wait(timeout=DEADLINE_S) == 0, self.said
+        return {name: int(n) for name, n in re.findall(r"([a-z][a-z ]*) (\d+)", self.said.splitlines()[-1])}
+
+    def check_same_numbers(self, folder: Path) -> int:
+        """What hnav filter makes of the recording, number by number as text; how many rows there were."""
+        table = folder / "again.csv"
+        done = hnav("filter", self.record, "--out", table, "--force")
+        assert done.returncode == 0, done.stderr
+        rows = list(csv.DictReader(line for line in table.read_text().splitlines() if not line.startswith("#")))
+        found = [json.loads(line, parse_float=str, parse_int=str) for line in self.answers]
+        assert [{name: "nan" if cell is None else cell for name, cell in row.items()} for row in found] == rows
+        return len(rows)
+
+
+@contextmanager
+def session(folder: Path, source: str, *options: object, **more: object):
+    live = Session(folder, source, *options, **more)
+    try:
+        yield live
+    finally:
+        live.process.kill()
+        live.process.wait()
+
+
+def free_port(kind: int = socket.SOCK_DGRAM) -> int:
+    with socket.socket(socket.AF_INET, kind) as here:
+        here.bind((LOCAL, 0))
+        return here.getsockname()[1]
+
+
+def listened(live: Session) -> set[str]:
+    """Addresses, in hexadecimal as /proc has them, at which the process takes connections and datagrams."""
+    inodes = set()
+    for descriptor in Path(f"/proc/{live.process.pid}/fd").iterdir():
+        try:
+            inodes |= set(re.findall(r"socket:\[(\d+)\]", os.readlink(descriptor)))
+        except FileNotFoundError:
+            continue
+    found = set()
+    for table in ("tcp", "tcp6", "udp", "udp6"):
+        for row in Path(f"/proc/{live.process.pid}/net/{table}").read_text().splitlines()[1:]:
+            _, local, _, state, *cells = row.split()
+            if cells[5] in inodes and state in ("0A", "07"):  # listens; a socket of datagrams
+                found.add(local.split(":")[0])
+    return found
+
+
+def test_standard_input(tmp_path, lines):
+    text = tmp_path / "in.csv"
+    text.write_text("\n".join(["boot 1.2", *lines]) + "\n")
+    with text.open() as stdin, session(tmp_path, "-", stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 0
+    assert live.check_same_numbers(tmp_path) == 800
+    assert "lines 802, rows 800, no sample 1" in live.said and "boot 1.2" in live.said
+    # The same as of the file itself.
+    whole = tmp_path / "whole.csv"
+    hnav("filter", text, "--out", whole, "--columns", "t_s=Time (s)")
+    assert whole.read_text().splitlines()[-1].split(",")[1] == json.loads(live.answers[-1], parse_float=str)["q0"]
+
+
+def test_serial_port(tmp_path, lines):
+    pytest.importorskip("serial", reason="pyserial is not installed")
+    device, port = os.openpty()
+    with session(tmp_path, os.ttyname(port), "--baud", 921600) as live:
+        live.wait_for(lambda: "opened" in live.said, "the start")
+        os.write(device, b",0.1,9.8\xff\xfe\n" + lines[0].encode() + b"\r\n")  # the middle of a line comes first
+        for line in lines[1:]:
+            os.write(device, line.encode() + b"\r\n")
+        live.wait_for_rows(800)
+        counts = live.end()
+    assert counts["rows"] == live.check_same_numbers(tmp_path) == 800 and counts["no sample"] == 1
+
+
+def test_udp_of_json_to_udp(tmp_path, lines):
+    port = free_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+        client.bind((LOCAL, 0))
+        client.settimeout(DEADLINE_S)
+        to = f"udp://{LOCAL}:{client.getsockname()[1]}"
+        with session(tmp_path, f"udp://:{port}", "--to", to, "--gyro-unit", "deg/s", "--accel-unit", "g") as live:
+            live.wait_for(lambda: live.record.exists(), "the start")
+            answers: list[dict] = []
+            reader = threading.Thread(
+                target=lambda: answers.extend(json.loads(client.recv(4096)) for _ in range(800)), daemon=True
+            )
+            reader.start()
+            for line in lines[1:]:
+                t_s, *values = map(float, line.split(","))
+                sample = {"t": t_s, "gyro": values[:3], "accel": dict(zip("xyz", values[3:6])), "mag": values[6:]}
+                client.sendto(json.dumps(sample).encode(), (LOCAL, port))
+                time.sleep(0.0002)
+            live.wait_for_rows(800)
+            reader.join(timeout=DEADLINE_S)
+            assert listened(live) == {"0100007F"}
+            live.end()
+    assert [one["t_s"] for one in answers] == [float(line.split(",")[0]) for line in lines[1:]]
+    assert answers[-1]["mag_health"] == 0 and live.answers == []
+
+
+def test_tcp_that_breaks_off_and_comes_back(tmp_path, lines):
+    with socket.create_server((LOCAL, 0)) as server:
+        server.settimeout(DEADLINE_S)
+        with session(tmp_path, f"tcp://{LOCAL}:{server.getsockname()[1]}") as live:
+            for part in (lines[:401], [lines[0], *lines[401:]]):
+                connection, _ = server.accept()
+                with connection:
+                    connection.sendall("\n".join(part).encode() + b"\n12.5,1.0")  # and half a line
+                live.wait_for_rows(400)
+            live.wait_for_rows(800)
+            counts = live.end()
+    assert live.check_same_numbers(tmp_path) == 800
+    assert counts["opened"] == 2 and counts["cut off"] == 1 and "closed by the other side; trying again" in live.said
+
+
+def test_a_clock_that_restarts_and_a_source_that_stalls(tmp_path, lines):
+    port = free_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client, session(tmp_path, f"udp://{LOCAL}:{port}") as live:
+        live.wait_for(lambda: live.record.exists(), "the start")
+
+        def send(some: list[str]) -> None:
+            for line in some:
+                client.sendto(line.encode(), (LOCAL, port))
+                time.sleep(0.0005)
+
+        send([lines[0], *lines[1:601]])
+        live.wait_for(lambda: "nothing came for 2 s" in live.said, "the stall")
+        send(lines[1:201])
+        send([lines[150], lines[200]])  # late, and twice
+        live.wait_for_rows(800)
+        live.wait_for(lambda: "goes on after" in live.said, "the end of the stall")
+        time.sleep(0.2)
+        counts = live.end()
+    assert counts["rows"] == live.check_same_numbers(tmp_path) == 800
+    assert counts["clock set"] == 1 and counts["stalls"] == 1 and counts["late"] == 2
+    assert "the clock of the source was set by -5.99" in live.said
+
+
+def test_mavlink(tmp_path):
+    mavutil = pytest.importorskip("pymavlink.mavutil", reason="pymavlink is not installed")
+    port, r = free_port(), tilted_motion(4).recording
+    with session(tmp_path, f"mavlink:udpin:{LOCAL}:{port}") as live:
+        live.wait_for(lambda: live.record.exists(), "the start")
+        link = mavutil.mavlink_connection(f"udpout:{LOCAL}:{port}", source_system=1)
+        for i, t_s in enumerate(r.t_s):
+            rate, force, field = r.rate_b_rad_s[i], r.force_b_m_s2[i], 1e4 * r.field_b_tesla[i]
+            link.mav.highres_imu_send(
+                round(1e6 * t_s) + 1000, *force, *rate, *field, 0, 0, 0, 0, 0x3F | (0x1C0 if i % 4 == 0 else 0)
+            )
+            link.mav.heartbeat_send(2, 3, 0, 0, 0)
+            time.sleep(0.0005)
+        live.wait_for_rows(len(r.t_s))
+        live.end()
+        link.close()
+    assert live.check_same_numbers(tmp_path) == len(r.t_s)
+    rows = [row.split(",") for row in live.record.read_text().splitlines()[1:]]
+    assert float(rows[0][4]) == pytest.approx(r.force_b_m_s2[0, 0], rel=1e-6)
+    assert float(rows[0][7]) == pytest.approx(r.field_b_tesla[0, 0], rel=1e-6)
+    assert [row[7] == "" for row in rows[:5]] == [False, True, True, True, False]
+
+
+def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
+    port, sent, chance = free_port(), 0, random.Random(3)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client, session(tmp_path, f"udp://{LOCAL}:{port}") as live:
+        live.wait_for(lambda: live.record.exists(), "the start")
+        values = lines[1].split(",", 1)[1]
+        client.sendto(lines[0].encode(), (LOCAL, port))
+        begin_s = time.monotonic()
+        for i in range(20_000):
+            sample = f"{i / 20_000!r},{values}".encode()
+            if i % 10 == 9:
+                sample = bytes(chance.choice(b'{[,:.-"x0\x00\xff\xc3') for _ in range(chance.randint(1, 80))).strip() or b"x"
+            client.sendto(sample, (LOCAL, port))
+            sent += 1
+            while time.monotonic() < begin_s + i / 20_000:
+                pass
+        for i in range(3):  # what was dropped is said with what comes after it
+            time.sleep(1.0)
+            client.sendto(f"{10 + i},{values}".encode(), (LOCAL, port))
+            sent += 1
+        live.wait_for(lambda: live.record.read_text().rstrip().rsplit("\n", 1)[-1].startswith("12.0,"), "the last row")
+        counts = live.end()
+    assert counts["lines"] + counts.get("dropped by the system", 0) == sent + 1
+    assert counts["lines"] == counts["rows"] + counts["no sample"] + counts.get("late", 0) + 1
+    assert counts["rows"] == live.check_same_numbers(tmp_path)
+    assert counts["rows"] > 9000 and "Traceback" not in live.said
+
+
+def test_the_page_in_a_browser(tmp_path, lines):
+    pytest.importorskip("websockets", reason="websockets is not installed")
+    port, page = free_port(), free_port(socket.SOCK_STREAM)
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client,
+        session(tmp_path, f"udp://{LOCAL}:{port}", "--page", "--port", page) as live,
+    ):
+        live.wait_for(lambda: "page: http://127.0.0.1" in live.said, "the page")
+        tab = Tab(f"http://{LOCAL}:{page}/", tmp_path)
+        try:
+            for line in [lines[0], *lines[1:]]:
+                client.sendto(line.encode(), (LOCAL, port))
+                time.sleep(0.002)
+            live.wait_for(
+                lambda: "7.99 s" in str(tab.value("document.getElementById('body-says').textContent")), "the newest row"
+            )
+            assert re.search(r"heading \d+\.\d°", str(tab.value("document.getElementById('body-says').textContent")))
+            state = str(tab.value("document.getElementById('state-rows').textContent"))
+            assert "tilt ready" in state and re.search(r"gyrook, \d+ Hz", state)
+            counts = str(tab.value("document.getElementById('count-rows').textContent"))
+            assert "lines801" in counts and "rows800" in counts
+            painted = "[...document.getElementById('heading-canvas').getContext('2d').getImageData(0, 0, 800, 200).data].some(v => v > 0)"
+            assert tab.value(painted) is True
+            for width in (1600, 390):
+                tab.call("Emulation.setDeviceMetricsOverride", width=width, height=1400, deviceScaleFactor=1, mobile=False)
+                assert tab.value("document.documentElement.scrollWidth <= innerWidth") is True
+            assert listened(live) == {"0100007F"}
+            live.end()
+            live_lost = "document.getElementById('lost').hidden"
+            end_s = time.monotonic() + DEADLINE_S
+            while tab.value(live_lost) is True and time.monotonic() < end_s:
+                time.sleep(0.05)
+            assert tab.value(live_lost) is False
+        finally:
+            tab.close()
+
+
+def test_another_site_may_not_read_the_page(tmp_path):
+    websockets = pytest.importorskip("websockets.sync.client", reason="websockets is not installed")
+    from websockets.exceptions import InvalidStatus
+
+    from hnav.reports.live_page import LivePage
+
+    with LivePage("-", "ahrs", port=0) as page:
+        assert page.url.startswith(f"http://{LOCAL}:")
+        address = f"ws://{LOCAL}:{page.port}/state"
+        page.show({"t_s": 1.0})
+        with websockets.connect(address, origin=f"http://{LOCAL}:{page.port}") as own:
+            assert json.loads(own.recv(timeout=5)) == {"t_s": 1.0}
+        for foreign in ({"origin": "http://example.org"}, {"additional_headers": {"Host": "example.org"}}):
+            with pytest.raises(InvalidStatus), websockets.connect(address, **foreign):
+                pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("ftp://here",), "is no source: give a serial port"),
+        (("/dev/no-such-port",), "is no source"),
+        (("udp://127.0.0.1",), "write udp://HOST:PORT"),
+        (("-", "--filter", "ins"), "record the samples"),
+        (("-", "--to", "tcp://x:1"), "--to tcp://x:1: write udp://HOST:PORT"),
+        (("-", "--format", "csv"), "--format csv"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(arguments, said):
+    done = hnav("live", *arguments)
+    assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_recording_is_not_overwritten(tmp_path):
+    (tmp_path / "old.csv").write_text("mine\n")
+    done = hnav("live", "udp://127.0.0.1:0", "--record", tmp_path / "old.csv", "--seconds", 0.1)
+    assert done.returncode == 2 and "it exists already" in done.stderr and (tmp_path / "old.csv").read_text() == "mine\n"
+
+
+def test_lines_without_a_sensor_end_in_one_line(tmp_path):
+    text = tmp_path / "in.csv"
+    text.write_text("t_s,gx,gy,gz,mx,my,mz\n0,1,2,3,4,5,6\n")
+    with text.open() as stdin, session(tmp_path, "-", stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 2
+    assert "the column ax is missing" in live.said and "say which it is, such as --columns ax=" in live.said

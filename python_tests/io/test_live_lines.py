@@ -1,0 +1,96 @@
+"""Lines that arrive become rows: formats, units, clocks, and counts of what is left out."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from hnav.io.live_lines import LiveLines
+from hnav.io.live_sources import Chunk, address_of
+from hnav.io.readers.streams import Wishes
+from hnav.io.recordings import RecordingError
+
+HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
+
+
+def taken(*parts: str | bytes, connections: tuple[int, ...] = (), **wishes: object) -> tuple[np.ndarray, LiveLines]:
+    """The rows of texts that arrived one after the other."""
+    lines = LiveLines(Wishes(**wishes))
+    chunks = [
+        Chunk(time.monotonic(), part.encode() if isinstance(part, str) else part, number)
+        for part, number in zip(parts, connections or [1] * len(parts))
+    ]
+    return lines.take(chunks, ending=True), lines
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t_ms,gx (deg/s),gy (deg/s),gz (deg/s),ax (g),ay (g),az (g)\n500,180,0,90,0,0,1\n",
+        "time_ms;GyroX [deg/s];GyroY [deg/s];GyroZ [deg/s];AccX [g];AccY [g];AccZ [g]\n500,0;180,0;0,0;90,0;0,0;0,0;1,0\n",
+        "t_ms gx_dps gy_dps gz_dps ax_g ay_g az_g\n500 180 0 90 0 0 1\n",
+        '{"t_ms": 500, "gyro_dps": [180, 0, 90], "acc_g": {"x": 0, "y": 0, "z": 1}}\n',
+    ],
+)
+def test_formats(text):
+    units = {"gyro_unit": "deg/s", "accel_unit": "g"} if text.startswith("{") else {}
+    rows, lines = taken(text, **units)
+    assert np.allclose(rows[0, :7], [0.5, np.pi, 0, np.pi / 2, 0, 0, 9.80665]) and np.isnan(rows[0, 7:]).all()
+    assert lines.counts["rows"] == 1 and lines.counts["no sample"] == 0
+
+
+def test_numbers_without_a_header():
+    rows, lines = taken("0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
+    assert rows[1, 0] == 0.01 and "no header: taken for t_s,gx,gy,gz,ax,ay,az in SI units" in lines.notes
+    places = {role: str(i) for i, role in enumerate(("ax", "ay", "az", "gx", "gy", "gz"), 2)}
+    rows, _ = taken("7 1 2 3 4 5 6\n", columns={"t_s": "1", **places})
+    assert rows[0, :7].tolist() == [7, 4, 5, 6, 1, 2, 3]
+    rows, lines = taken("1,2,3\n")
+    assert len(rows) == 0 and lines.counts["no sample"] == 1
+
+
+def test_axes_rate_and_repeats():
+    text = f"{HEADER}\n" + "".join(f"{9 - i},{i},2,3,0,0,9.8,{i // 2},5,6\n" for i in range(4))
+    rows, lines = taken(text, rate_hz=100.0, axes={"mag": "y,x,-z"}, drop_repeats=True, mag_unit="uT")
+    assert rows[:, 0].tolist() == [0, 0.01, 0.02, 0.03]
+    assert np.allclose(rows[0, 7:], [5e-6, 0, -6e-6]) and np.isnan(rows[1, 7:]).all() and rows[2, 8] == pytest.approx(1e-6)
+    assert np.isnan(rows[1, 4]) and rows[1, 1] == 1
+
+
+def test_lines_are_put_together_within_a_connection_alone():
+    row = "0.{},0,0,0,0,0,9.8,1,2,3\n"
+    rows, lines = taken(f"{HEADER}\n" + row.format(1)[:9], row.format(1)[9:] + "0.15,0,", row.format(2), connections=(1, 1, 2))
+    assert rows[:, 0].tolist() == [0.1, 0.2] and lines.counts["cut off"] == 1
+
+
+def test_garbage_is_counted_and_not_shown_as_it_is():
+    rows, lines = taken(
+        f"{HEADER}\n0,1,2,3,4,5,6,7,8,9\n", b"\x1b[31m\xff\n", "1,x,2,3,4,5,6,7,8,9\n{\n[]\n1,2\n,,,\n1,inf,2,3,4,5,6,7,8,9\n"
+    )
+    assert len(rows) == 1 and lines.counts["no sample"] == 7 == lines.counts["lines"] - 2
+    assert not any("\x1b" in note for note in lines.notes)
+    _, lines = taken(b"x" * 70_000)
+    assert lines.counts["no sample"] == 1
+
+
+def test_clocks():
+    stamps = [0, 0.01, 0.01, 0.005, 0.02, -90, -89.99, 1e9, 1e9 + 0.01, 0.5]
+    rows, lines = taken(f"{HEADER}\n" + "".join(f"{t!r},1,2,3,4,5,6,7,8,9\n" for t in stamps))
+    assert lines.counts["late"] == 2 and lines.counts["clock set"] == 3
+    assert (np.diff(rows[:, 0]) > 0).all() and rows[-1, 0] < 0.1
+    assert len([note for note in lines.notes if note.startswith("the clock of the source was set by")]) == 3
+
+
+def test_a_source_without_a_sensor_says_which():
+    with pytest.raises(RecordingError, match="the column ax is missing"):
+        taken("t_s,gx,gy,gz,mx,my,mz\n0,1,2,3,4,5,6\n")
+    with pytest.raises(RecordingError, match="t_s is missing.*rate_hz"):
+        taken("gx,gy,gz,ax,ay,az\n1,2,3,4,5,6\n")
+
+
+def test_addresses():
+    assert address_of("udp://:5") == ("", 5) and address_of("tcp://[::1]:80") == ("::1", 80)
+    with pytest.raises(ValueError, match="write udp://HOST:PORT"):
+        address_of("udp://127.0.0.1:x")
