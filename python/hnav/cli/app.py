@@ -23,7 +23,7 @@ COMMANDS = {
     "compare": "Errors of attitudes and places against a reference: clocks and frames aligned, absolute and relative, NEES.",
     "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "noise": "Noise of a sensor at rest: Allan deviation, densities with their confidence, a sensor file.",
-    "calibrate": "Calibrates a magnetometer: hard iron, soft iron, scale and misalignment, by an ellipsoid and gravity.",
+    "calibrate": "Calibrates a magnetometer of a turned device; with --sensor also accelerometer and gyroscope, by rests in many attitudes.",
     "simulate": "Runs a system of FMUs in closed co-simulation. FMUs are native code: an archive runs with all your rights.",
     "systems": "Lists the systems, and of one its components, scenarios and grades.",
     "report": "One self-contained HTML page about a recording, a simulation, or many of them.",

@@ -1,4 +1,4 @@
-"""hnav calibrate: a magnetometer's hard iron, soft iron, scale and misalignment from a recording of it being turned."""
+"""hnav calibrate: a magnetometer from a recording of it being turned; with --sensor all sensors, from one with rests in many attitudes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
-from hnav.units import TESLA_PER
+from hnav.io.recordings import Recording
+from hnav.units import G_M_S2, TESLA_PER
 
 UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration
 
@@ -34,13 +35,42 @@ def command(
     allow_hard_iron_only: Annotated[
         bool, typer.Option("--allow-hard-iron-only", help="Where the motion is too poor, answer with the offset alone")
     ] = False,
+    sensor: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.json",
+            help="Calibrate accelerometer and gyroscope too, from rests in nine or more attitudes, into this file",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.html", help="With --sensor: page of figures and attitudes, and which one is missing"),
+    ] = None,
+    gravity: Annotated[float, typer.Option(metavar="M/S2", help="With --sensor: of the place")] = G_M_S2,
     *,
     reading: Reading,
     strict: Strict = False,
 ) -> None:
-    refuse_overwriting([out, picture], [recording])
+    refuse_overwriting([out, picture, sensor, report], [recording])
     data = reading.read(recording)
-    doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+    if sensor is None:
+        if report is not None:
+            raise UsageError(f"--report {report}: is of --sensor FILE.json; of a magnetometer alone there is --picture")
+        doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+        calibrate_field(recording, data, out, picture, allow_hard_iron_only)
+        warn(doubts)
+        return
+    if out is not None or picture is not None or allow_hard_iron_only:
+        raise UsageError("--sensor: the file takes the magnetometer too: leave --out, --picture and --allow-hard-iron-only out")
+    from hnav.cli.sensor_calibration import calibrate_whole
+
+    warned = warnings_of(recording, [finding for finding in reading.check(data) if finding.code not in UNCALIBRATED], strict)
+    calibrate_whole(data, sensor, report, gravity)
+    warn(warned)
+
+
+def calibrate_field(recording: Path, data: Recording, out: Path | None, picture: Path | None, allow_hard_iron_only: bool) -> None:
+    """The magnetometer alone. Raises HnavError or UsageError."""
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
     unit = data.mag_unit()  # the unit in the file is the one to answer in
@@ -63,7 +93,6 @@ def command(
     show(calibration_table(found, data.name))
     where = ", in the plane of the field alone" if found.offset_axes < 3 else ""
     say(f"{found.fit}{where}: {found.note}" if found.fit == "hard iron only" else found.note)
-    warn(doubts)
 
 
 def matters(finding: Finding) -> bool:

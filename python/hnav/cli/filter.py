@@ -8,7 +8,6 @@ from __future__ import annotations
 import glob
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import radians
 from pathlib import Path
 from typing import Annotated
 
@@ -37,13 +36,13 @@ from hnav.cli.parameters import (
     Workers,
     parse_settings,
 )
-from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
+from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of, with_reading
+from hnav.cli.wanted import Wanted, place_of, preset_and_settings
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
-from hnav.filters.calibration import read_calibration
 from hnav.filters.health import Finding, Tally, findings
-from hnav.filters.options import Options, options_of_place, options_of_sensor
+from hnav.filters.options import Options
 from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
@@ -51,7 +50,6 @@ from hnav.io.outputs import refuse_overwriting
 from hnav.io.plausibility import hemisphere_at
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
-from hnav.io.sensors import GRADES
 from hnav.reports.track_files import GPX, TUM, write_tum
 
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
@@ -105,12 +103,12 @@ def command(
     sensor: Sensor = None,
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
-    settings = [*(f"{name}={value}" for name, value in of_options.items()), *(settings or ())]
     if place_and_date is not None and reading.hemisphere is None:
         reading = replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))
     wanted = Wanted(
-        filter, engine, settings, preset, step, frame, reading, strict, force, smooth, calibration, gnss, truth, outages
-    )
+        reading, filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
+        gnss, truth, outages,
+    )  # fmt: skip
     paths = expanded(recordings)
     if len(paths) == 1 and recordings == [str(paths[0])]:
         filter_one(paths[0], out, report, wanted)
@@ -120,26 +118,6 @@ def command(
     from hnav.cli.many import filter_many  # Dask takes a while to load
 
     filter_many(paths, out, wanted, workers, scheduler)
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What is asked of each recording, as the options say it."""
-
-    filter: str
-    engine: str
-    settings: list[str] | None
-    preset: str
-    step: float | None
-    frame: str | None
-    reading: Reading
-    strict: bool
-    force: bool
-    smooth: bool
-    calibration: Path | None
-    gnss: Path | None
-    truth: Path | None
-    outages: str | None
 
 
 def expanded(recordings: list[str]) -> list[Path]:
@@ -155,124 +133,77 @@ def expanded(recordings: list[str]) -> list[Path]:
     return list(dict.fromkeys(paths))
 
 
-def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> None:
-    """One recording into its table and its page. Raises HnavError or UsageError."""
-    check_names(recording, out, report, wanted.calibration, wanted.truth)
-    frame, reading, strict, force, smooth = wanted.frame, wanted.reading, wanted.strict, wanted.force, wanted.smooth
-    if wanted.filter == navigation.NAME:
-        navigation.refuse(engine=wanted.engine != "c", step=wanted.step, frame=frame not in (None, "ned"))
-        of_ins = navigation.Wanted(
-            recording,
-            out,
-            report,
-            wanted.gnss,
-            wanted.preset,
-            parse_settings(wanted.settings),
-            strict,
-            smooth,
-            force,
-            wanted.calibration,
-        )
-        navigate(of_ins, reading, wanted.truth, wanted.outages)
-        return
+def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
+    """One recording into its table and its page; what it was read as. Raises HnavError or UsageError."""
+    check_names(recording, out, report, wanted)
+    filter, reading, preset = wanted.filter, wanted.reading, wanted.preset
+    if filter == navigation.NAME:
+        navigation.refuse(engine=wanted.engine != "c", step=wanted.step, frame=wanted.frame not in (None, "ned"))
+        return navigate(recording, out, report, wanted)
     if out is not None and out.suffix.lower() == GPX:
         raise UsageError(
             f"--out {out}: attitude filters have no track: add --filter {navigation.NAME}, or write .csv, .parquet or .tum"
         )
     navigation.refuse_of_ins(gnss=wanted.gnss, truth=wanted.truth, outages=wanted.outages)
-    filter, engine, preset, step, calibration = wanted.filter, wanted.engine, wanted.preset, wanted.step, wanted.calibration
-    chosen, iron = parse_settings(wanted.settings), None if calibration is None else read_calibration(calibration)
-    made = made_of(recording, engine, smooth, calibration)
+    engine, step, smooth = wanted.engine, wanted.step, wanted.smooth
+    corrected, made = wanted.corrected(), made_of(recording, wanted)
     whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
-    table = None if whole else reading.long_table(recording, iron)
+    table = None if whole else reading.long_table(recording, corrected)
     if table is not None and out is not None:
-        doubts = warnings_of(recording, table.findings, strict, force)
-        chosen, note = with_frame(frame, chosen, next(iter(table)))
-        outcome = filter_pieces(table, out, Options(filter, preset, **chosen), made)
+        doubts = warnings_of(recording, table.findings, wanted.strict, wanted.force)
+        first = next(iter(table))
+        chosen, note = with_frame(wanted.frame, wanted.settings, first)
+        outcome, read = filter_pieces(table, out, Options(filter, preset, **chosen), made), read_as(first)
     else:
         data = reading.read(recording)
-        data = data if iron is None else iron.apply_to(data)
+        data = data if corrected is None else corrected(data)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, strict, force)
-        chosen, note = with_frame(frame, chosen, data)
+        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+        chosen, note = with_frame(wanted.frame, wanted.settings, data)
         result = filtered(data, filter, engine, chosen, preset, step, smooth)
         if out is not None:
             write_tum(out, [result]) if out.suffix.lower() == TUM else write_table(out, result, made)
         if report is not None:
             write_page(report, result, data, lines_of(found))
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
+        read = read_as(data)
     tell(outcome, engine, out, report, note)
     warn(doubts)
+    return read
 
 
-def with_frame(frame: str | None, settings: dict[str, str], data: Recording) -> tuple[dict[str, str], list[str]]:
+def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) -> tuple[dict[str, str], list[str]]:
     """The settings with the navigation frame, and what to say of it where the user did not."""
     if frame is not None or "navigation_frame" in settings:
-        return {"navigation_frame": frame or "ned"} | settings, []
+        return {"navigation_frame": frame or "ned", **settings}, []
     if data.origin is not None and data.origin.format in Z_UP:
-        return settings | {"navigation_frame": "enu"}, [
+        return {**settings, "navigation_frame": "enu"}, [
             "attitude to east, north, up, as telephones have it; --frame ned for the other"
         ]
     _, force = data.samples("accel")
     mean = force.mean(axis=0) if len(force) else np.zeros(3)
     upward = mean[2] > LEVEL * float(np.linalg.norm(mean)) > 0
     note = ["the z axis of the sensor points up, which is a roll of 180 deg in ned: --frame enu has it level"] if upward else []
-    return settings | {"navigation_frame": "ned"}, note
+    return {**settings, "navigation_frame": "ned"}, note
 
 
-def preset_and_settings(
-    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
-) -> tuple[str, dict[str, str]]:
-    """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
-    if grade is not None and filter == navigation.NAME:
-        return grade, settings_of_place(filter, place_and_date)
-    return preset, settings_of_sensor(filter, grade, sensor) | settings_of_place(filter, place_and_date)
-
-
-def settings_of_sensor(filter: str, grade: str | None, sensor: Path | None) -> dict[str, str]:
-    """Raises UsageError for both at once and for an unknown grade, HnavError for a file that holds no sensor."""
-    if grade is not None and sensor is not None:
-        raise UsageError("--grade and --sensor: give one of them")
-    if grade is not None and grade not in GRADES:
-        raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
-    return {name: str(value) for name, value in options_of_sensor(filter, sensor or grade).items()}
-
-
-def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:
-    """Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
-    if place_and_date is None:
-        return {}
-    return {name: str(value) for name, value in options_of_place(filter, place_of(place_and_date)).items()}
-
-
-def place_of(place_and_date: str) -> tuple[float, float, float, float]:
-    """Latitude and longitude in rad, height in m, and year. Raises UsageError."""
-    try:
-        latitude_deg, longitude_deg, height_m, year = map(float, place_and_date.split(","))
-    except ValueError:
-        raise UsageError(f"--place-and-date {place_and_date}: write LAT,LON,HEIGHT,YEAR, as 48.1,11.6,500,2026.5") from None
-    return radians(latitude_deg), radians(longitude_deg), height_m, year
-
-
-def navigate(wanted: navigation.Wanted, reading: Reading, truth: Path | None, outages: str | None) -> None:
-    """What --filter ins writes and tells. Raises HnavError or UsageError."""
-    if outages is not None and truth is None:
-        raise UsageError(f"--outages {outages}: errors are against a truth: add --truth FILE")
-    if wanted.out is not None or wanted.report is not None:
-        navigation.navigate(wanted, reading)
-    if truth is not None:
+def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
+    """What --filter ins writes and prints; what the recording was read as, "" where nothing is written. Raises HnavError or UsageError."""
+    if wanted.outages is not None and wanted.truth is None:
+        raise UsageError(f"--outages {wanted.outages}: errors are against a truth: add --truth FILE")
+    read = navigation.navigate(recording, out, report, wanted) if out is not None or report is not None else ""
+    if wanted.truth is not None:
         from hnav.cli.outages import tell_errors  # scores take a while to load
 
-        tell_errors(wanted, reading, truth, outages)
+        tell_errors(recording, wanted)
+    return read
 
 
-def check_names(
-    recording: Path, out: Path | None, report: Path | None, calibration: Path | None, truth: Path | None = None
-) -> None:
+def check_names(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> None:
     """Raises HnavError or UsageError for files that are not to be read or written."""
-    if out is None and report is None and truth is None:
+    if out is None and report is None and wanted.truth is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
-    refuse_overwriting([out, report], [recording, calibration, truth])
+    refuse_overwriting([out, report], [recording, wanted.calibration, wanted.sensor, wanted.truth])
 
 
 @dataclass(frozen=True)
@@ -336,11 +267,10 @@ def summary(outcome: Outcome, engine: str, written: str) -> str:
     return f"{outcome.rows} rows to {written}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}"
 
 
-def made_of(recording: Path, engine: str, smooth: bool, calibration: Path | None) -> list[str]:
+def made_of(recording: Path, wanted: Wanted) -> list[str]:
     """What a table's head says of its making, besides filter and options."""
-    lines = [f"recording {recording}", f"engine {engine}"]
-    lines += [navigation.SMOOTHED] if smooth else []
-    return lines + ([f"field corrected by {calibration}"] if calibration else [])
+    of_recording, *more = wanted.made_of(recording)
+    return [of_recording, f"engine {wanted.engine}", *([navigation.SMOOTHED] if wanted.smooth else []), *more]
 
 
 def warnings(found: list[Finding]) -> list[str]:

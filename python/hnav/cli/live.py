@@ -18,7 +18,6 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import console
-from hnav.cli.filter import preset_and_settings
 from hnav.cli.parameters import (
     Calibration,
     FilterName,
@@ -31,10 +30,10 @@ from hnav.cli.parameters import (
     parse_settings,
 )
 from hnav.cli.recordings import Reading, lines_of, warn, with_reading
+from hnav.cli.wanted import Corrected, corrected_by, preset_and_settings
 from hnav.cli.words import UsageError, with_options
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
-from hnav.filters.calibration import MagnetometerCalibration, read_calibration
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.options import Options
 from hnav.filters.run_files import columns, formats_of
@@ -95,9 +94,9 @@ def command(
         raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
-    iron = None if calibration is None else read_calibration(calibration)
+    corrected = corrected_by(calibration, sensor)
     with ExitStack() as opened:
-        live = Live(LiveLines(reading.wishes()), LibraryRun(Options(filter, preset, **chosen)), iron, reading)
+        live = Live(LiveLines(reading.wishes()), LibraryRun(Options(filter, preset, **chosen)), corrected, reading)
         live_source = LiveSource.named(source, baud)
         if to is not None:
             live.estimates.append(opened.enter_context(Sender(to)).send)
@@ -121,8 +120,8 @@ def command(
 class Live:
     """What a session holds: lines become rows, rows a recording, estimates and the state of a page."""
 
-    def __init__(self, lines: LiveLines, library: LibraryRun, iron: MagnetometerCalibration | None, reading: Reading):
-        self.lines, self._library, self._iron, self._reading = lines, library, iron, reading
+    def __init__(self, lines: LiveLines, library: LibraryRun, corrected: Corrected | None, reading: Reading):
+        self.lines, self._library, self._corrected, self._reading = lines, library, corrected, reading
         self.outputs: list[Callable[[Array], None]] = []
         """Take the rows."""
         self.estimates: list[Callable[[list[str]], None]] = []
@@ -152,7 +151,7 @@ class Live:
         for output in self.outputs:
             output(rows)
         recording = recording_of_rows(rows)
-        run = self._library.go_on(recording if self._iron is None else self._iron.apply_to(recording))
+        run = self._library.go_on(recording if self._corrected is None else self._corrected(recording))
         table = columns(run)
         text_lines = json_lines(table) if self.estimates else []
         for estimate in self.estimates:

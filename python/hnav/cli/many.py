@@ -16,7 +16,8 @@ import pandas as pd
 
 from hnav import __version__
 from hnav.cli.console import bar, say
-from hnav.cli.filter import Wanted, filter_one
+from hnav.cli.filter import filter_one
+from hnav.cli.wanted import Wanted
 from hnav.cli.words import Interrupted, UsageError, in_one_line
 from hnav.errors import HnavError
 from hnav.io.outputs import OutputError, refuse_overwriting, write_files
@@ -25,7 +26,7 @@ from hnav.reports.plain_page import plain_page
 from hnav.systems.pool import results
 
 UNFINISHED = "filtered.unfinished"
-COLUMNS = ("recording", "table", "answer", "warnings", "failure")
+COLUMNS = ("recording", "read as", "table", "answer", "warnings", "failure")
 Row = dict[str, str]
 
 
@@ -89,20 +90,20 @@ def table_names(recordings: Sequence[Path]) -> list[str]:
 
 def row_of(job: Job, wanted: Wanted) -> Row:
     """What hnav filter says of one recording. Raises OutputError when the disk is full."""
-    answer, warnings, failure = io.StringIO(), io.StringIO(), ""
+    answer, warnings, read, failure = io.StringIO(), io.StringIO(), "", ""
     with contextlib.redirect_stdout(answer), contextlib.redirect_stderr(warnings):
         try:
-            filter_one(job.recording, job.table, None, wanted)
+            read = filter_one(job.recording, job.table, None, wanted)
         except OutputError:
             raise
         except (UsageError, HnavError, OSError, MemoryError) as error:
             failure = in_one_line(error)
     lines = [" · ".join(text.getvalue().split("\n")).strip(" ·") for text in (answer, warnings)]
-    return dict(zip(COLUMNS, (str(job.recording), job.table.name if not failure else "", *lines, failure)))
+    return dict(zip(COLUMNS, (str(job.recording), read, job.table.name if not failure else "", *lines, failure)))
 
 
 def _failed(job: Job, reason: str) -> Row:
-    return dict(zip(COLUMNS, (str(job.recording), "", "", "", f"{job.recording}: {reason}")))
+    return dict(zip(COLUMNS, (str(job.recording), "", "", "", "", f"{job.recording}: {reason}")))
 
 
 def write_index(folder: Path, rows: Sequence[Row]) -> None:
@@ -112,9 +113,10 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
     def cells(row: Row) -> str:
         link = f'<a href="{escape(row["table"], quote=True)}">{escape(row["table"])}</a>'
         told = f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
-        return f"<tr><td>{escape(row['recording'])}</td><td>{link}</td><td>{escape(row['answer'])}{told}</td></tr>"
+        recording, read, answer = (escape(row[name]) for name in ("recording", "read as", "answer"))
+        return f"<tr><td>{recording}</td><td>{read}</td><td>{link}</td><td>{answer}{told}</td></tr>"
 
-    heads = "".join(f"<th>{head}</th>" for head in ("recording", "table", "answer"))
+    heads = "".join(f"<th>{head}</th>" for head in ("recording", "read as", "table", "answer"))
     rows_of_page = f"<tr>{heads}</tr>{''.join(map(cells, rows))}"
     page = plain_page(
         folder.name, {"recordings": len(rows), "failed": failed},

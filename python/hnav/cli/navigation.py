@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from hnav.cli.console import bar, say, working
-from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
+from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of
+from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
-from hnav.filters.calibration import read_calibration
 from hnav.filters.ins_aids import AIDS
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.ins_files import write_navigation
@@ -27,27 +27,11 @@ from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 
-NAME = "ins"
+NAME = INS
 SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
 # Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
 OF_THE_FIELD = "mag"
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What the user asks of it."""
-
-    recording: Path
-    out: Path | None
-    report: Path | None
-    gnss: Path | None
-    preset: str
-    settings: Mapping[str, str]
-    strict: bool
-    smooth: bool = False
-    force: bool = False
-    calibration: Path | None = None
 
 
 def options_of(preset: str, settings: Mapping[str, str]) -> Options:
@@ -99,34 +83,35 @@ def refuse_of_ins(**given: object) -> None:
             raise UsageError(f"--{name} {value}: attitude filters do not read it: add --filter {NAME}, or leave it out")
 
 
-def navigate(wanted: Wanted, reading: Reading) -> None:
-    """hnav filter --filter ins. Raises HnavError or UsageError."""
-    refuse_overwriting([wanted.out, wanted.report], [wanted.recording, wanted.gnss, wanted.calibration])
-    iron = None if wanted.calibration is None else read_calibration(wanted.calibration)
+def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
+    """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
+    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.calibration, wanted.sensor])
+    corrected, reading = wanted.corrected(), wanted.reading
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
-    table = None if wanted.report or wanted.out is None or wanted.smooth else reading.long_table(wanted.recording, iron)
-    made = made_by(wanted)
-    if table is not None and wanted.out is not None and (run := run_of_pieces(table, options, given)):
-        doubts = warnings_of(wanted.recording, of_navigation(table.findings), wanted.strict, wanted.force)
-        told = Told()
-        write_out(wanted.out, runs(table, run, told), made, wanted.recording.stem)
+    table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
+    made = made_by(recording, wanted)
+    if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
+        doubts = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
+        told, read = Told(), read_as(next(iter(table)))
+        write_out(out, runs(table, run, told), made, recording.stem)
     else:
-        data = read_navigation(wanted.recording, given, options, reading)
-        data = iron.apply_to(data) if iron is not None else data
+        data = read_navigation(recording, given, options, reading)
+        data = corrected(data) if corrected is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
-        doubts = warnings_of(wanted.recording, found, wanted.strict, wanted.force)
-        run, told = NavigationRun.over(data, options), Told()
+        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+        run, told, read = NavigationRun.over(data, options), Told(), read_as(data)
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
-        if wanted.out is not None:
-            write_out(wanted.out, parts, made, wanted.recording.stem)
-        if wanted.report is not None:
+        if out is not None:
+            write_out(out, parts, made, recording.stem)
+        if report is not None:
             # Plotly takes a while to load; the page says so where it is missing.
             import_module("hnav.reports.page")
             from hnav.reports.navigation_page import write_navigation_report
 
-            write_navigation_report(whole(parts), wanted.report, data, lines_of(found))
-    say(summary(told, run, " and ".join(str(file) for file in (wanted.out, wanted.report) if file is not None)))
+            write_navigation_report(whole(parts), report, data, lines_of(found))
+    say(summary(told, run, " and ".join(str(file) for file in (out, report) if file is not None)))
     warn([*doubts, *of_run(told, run)])
+    return read
 
 
 def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) -> None:
@@ -140,14 +125,10 @@ def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) ->
         write_gpx(out, parts, name)
 
 
-def made_by(wanted: Wanted) -> list[str]:
+def made_by(recording: Path, wanted: Wanted) -> list[str]:
     """What the head of a table says of how it was made."""
-    said = {
-        f"satellites {wanted.gnss}": wanted.gnss is not None,
-        SMOOTHED: wanted.smooth,
-        f"field corrected by {wanted.calibration}": wanted.calibration is not None,
-    }
-    return [f"recording {wanted.recording}", *(text for text, holds in said.items() if holds)]
+    of_recording, *more = wanted.made_of(recording)
+    return [of_recording, *([f"satellites {wanted.gnss}"] if wanted.gnss else []), *([SMOOTHED] if wanted.smooth else []), *more]
 
 
 def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:

@@ -8,21 +8,24 @@ import numpy as np
 from rich.table import Table
 
 from hnav.cli.console import say, show, working
-from hnav.cli.navigation import Wanted, aids_given, of_navigation, options_of, read_navigation
-from hnav.cli.recordings import Reading, warn, warnings_of
+from hnav.cli.navigation import aids_given, of_navigation, options_of, read_navigation
+from hnav.cli.recordings import warn, warnings_of
+from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
 from hnav.io.plausibility import check_aids
 from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
 
-def tell_errors(wanted: Wanted, reading: Reading, truth: Path, outages: str | None) -> None:
-    """Prints both tables. outages: lengths in s, parted by commas. Raises HnavError or UsageError."""
-    lengths = lengths_of(outages)
-    options, true = options_of(wanted.preset, wanted.settings), read_truth(truth)
-    data = read_navigation(wanted.recording, aids_given(wanted.gnss, reading), options, reading)
+def tell_errors(recording: Path, wanted: Wanted) -> None:
+    """Prints both tables, by wanted.truth. Raises HnavError or UsageError."""
+    assert wanted.truth is not None, "who calls this was given one"
+    lengths, reading = lengths_of(wanted.outages), wanted.reading
+    options, true = options_of(wanted.preset, wanted.settings), read_truth(wanted.truth)
+    data = read_navigation(recording, aids_given(wanted.gnss, reading), options, reading)
+    data = corrected(data) if (corrected := wanted.corrected()) else data
     found = [*of_navigation(reading.check(data)), *check_aids(data)]
-    doubts = warnings_of(wanted.recording, found, wanted.strict, wanted.force)
+    doubts = warnings_of(recording, found, wanted.strict, wanted.force)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
         score = navigation_score(data, true, options, lengths, wanted.smooth)
     show(figures_table(score, f"{data.name} ({options.preset}{', with hindsight' if wanted.smooth else ''})"))

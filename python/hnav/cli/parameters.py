@@ -32,7 +32,11 @@ SensorGrade = Annotated[
     str | None, typer.Option(metavar="NAME", help=f"Grade of the sensors: {', '.join(GRADES)}; of the INS its preset")
 ]
 Sensor = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Figures of the sensors by their datasheet: sensor.json; not for the INS")
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="Sensor file: figures by the datasheet, and calibrations, which correct the recording; of the INS the calibrations alone",
+    ),
 ]
 Gnss = Annotated[
     Path | None,

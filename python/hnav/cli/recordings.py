@@ -12,7 +12,6 @@ from typing import Any, get_type_hints
 
 from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
 from hnav.cli.words import UsageError, told
-from hnav.filters.calibration import MagnetometerCalibration
 from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.pieces import LongTable, long_table
@@ -50,9 +49,9 @@ class Reading:
         """The recording. Raises HnavError."""
         return read(path, **self._arguments())
 
-    def long_table(self, path: Path, iron: MagnetometerCalibration | None) -> LongTable | None:
-        """The pieces of a long table of text, their field corrected; None for what has to be read as a whole. Raises HnavError."""
-        return long_table(path, self.hemisphere, iron.apply_to if iron else None, **self._arguments())
+    def long_table(self, path: Path, corrected: Callable[[Recording], Recording] | None) -> LongTable | None:
+        """The pieces of a long table of text, corrected; None for what has to be read as a whole. Raises HnavError."""
+        return long_table(path, self.hemisphere, corrected, **self._arguments())
 
     def _arguments(self) -> dict[str, Any]:
         """The options by the arguments of hnav.read."""
@@ -86,6 +85,13 @@ def with_reading(command: Callable[..., None]) -> Callable[..., None]:
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
     called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
     return called
+
+
+def read_as(data: Recording) -> str:
+    """Format and units, and how they were found."""
+    if data.origin is None:
+        return ""
+    return f"{data.origin.format}: {', '.join(f'{quantity} {unit}' for quantity, unit in data.origin.units.items())}"
 
 
 def lines_of(findings: list[Finding]) -> list[str]:

@@ -13,6 +13,7 @@ from hnav.cli.console import say
 from hnav.cli.filter import filtered, with_frame, write_page
 from hnav.cli.parameters import FilterOrIns, Force, Frame, Gnss, Preset, Settings, Strict, parse_settings
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
+from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
@@ -62,9 +63,9 @@ def command(
             raise UsageError("--pictures: of a simulation only")
         file = out or source.with_suffix(".html")
         navigation.refuse(frame=frame not in (None, "ned"))
-        navigation.navigate(
-            navigation.Wanted(source, None, file, gnss, preset, parse_settings(settings), strict, force=force), reading
-        )
+        chosen = parse_settings(settings)
+        wanted = Wanted(reading, filter, settings=chosen, preset=preset, strict=strict, force=force, gnss=gnss)
+        navigation.navigate(source, None, file, wanted)
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")

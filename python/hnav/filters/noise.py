@@ -103,6 +103,22 @@ class SensorNoise:
 
 def still_parts(recording: Recording) -> dict[str, list[tuple[Array, Array]]]:
     """Times and samples of each sensor while the body was still, in one piece each. Raises HnavValueError where there are none."""
+    found: dict[str, list[tuple[Array, Array]]] = {sensor: [] for sensor in ARRAYS}
+    for begin_s, end_s in still_stretches(recording, LEAST_S):
+        for sensor in ARRAYS:
+            t_s, values = recording.samples(sensor)
+            rows = (t_s >= begin_s) & (t_s < end_s)
+            if rows.sum() > LEAST_S:
+                found[sensor].append((t_s[rows], values[rows]))
+    if not found["gyro"]:
+        raise HnavValueError(
+            "no data", f"{recording.name}: no part of {LEAST_S:g} s in which the body is still: leave it lying longer"
+        )
+    return found
+
+
+def still_stretches(recording: Recording, least_s: float) -> list[tuple[float, float]]:
+    """Begin and end of the parts of so long in which the body is still."""
     windows = np.arange(recording.t_s[0], recording.t_s[-1], WINDOW_S)
     still = np.ones(len(windows), bool)
     for sensor, limit in STILL.items():
@@ -112,20 +128,8 @@ def still_parts(recording: Recording) -> dict[str, list[tuple[Array, Array]]]:
             still &= deviation < QUIET * np.median(deviation[still])
         if still.any() and sensor == "gyro":
             still &= np.linalg.norm(mean - np.median(mean[still], axis=0), axis=1) < TURNS_RAD_S
-    found: dict[str, list[tuple[Array, Array]]] = {sensor: [] for sensor in ARRAYS}
-    for first, end in stretches(still):
-        begin_s, end_s = windows[first], windows[end - 1] + WINDOW_S
-        if end_s - begin_s >= LEAST_S:
-            for sensor in ARRAYS:
-                t_s, values = recording.samples(sensor)
-                rows = (t_s >= begin_s) & (t_s < end_s)
-                if rows.sum() > LEAST_S:
-                    found[sensor].append((t_s[rows], values[rows]))
-    if not found["gyro"]:
-        raise HnavValueError(
-            "no data", f"{recording.name}: no part of {LEAST_S:g} s in which the body is still: leave it lying longer"
-        )
-    return found
+    spans = [(float(windows[first]), float(windows[end - 1] + WINDOW_S)) for first, end in stretches(still)]
+    return [(begin_s, end_s) for begin_s, end_s in spans if end_s - begin_s >= least_s]
 
 
 def _windows(t_s: Array, values: Array, begins: Array) -> tuple[Array, Array]:

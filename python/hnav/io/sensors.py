@@ -11,11 +11,15 @@ units than those below are refused with one line that names file, entry and unit
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from hnav.io.model_files import ModelFile, model_files
+from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2
 
 GRADES = ("consumer", "industrial", "tactical")
@@ -87,12 +91,44 @@ ENTRIES: dict[str, dict[str, tuple[str, dict[str, float]]]] = {
 }  # fmt: skip
 
 
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Of three axes: corrected = matrix (reading - offset), with standard deviations where they are known, else NaN."""
+
+    matrix: np.ndarray
+    """3 x 3."""
+    offset: np.ndarray
+    """3, SI."""
+    sigma_matrix: np.ndarray = field(default_factory=lambda: np.full((3, 3), np.nan))
+    """3 x 3."""
+    sigma_offset: np.ndarray = field(default_factory=lambda: np.full(3, np.nan))
+    """3."""
+
+    def apply(self, readings: np.ndarray) -> np.ndarray:
+        """n x 3, SI; NaN stays NaN."""
+        return np.asarray((readings - self.offset) @ self.matrix.T)
+
+    def entry(self, unit: str) -> dict[str, Any]:
+        """What a sensor file holds of it."""
+        values = {name: np.where(np.isfinite(array), array, 0).tolist() for name, array in vars(self).items()}
+        return {"unit": unit, **values}
+
+
 @dataclass(frozen=True)
 class Grade:
-    """values: by the names of the parameters of ImuMagSensor, in their units."""
+    """values: by the names of the parameters of ImuMagSensor, in their units; corrections: by sensor, of a calibrated one."""
 
     name: str
     values: dict[str, float]
+    corrections: Mapping[str, Correction] = field(default_factory=dict)
+
+    def apply_to(self, recording: Recording) -> Recording:
+        """The recording with its samples corrected."""
+        read = {sensor: getattr(recording, ARRAYS[sensor]) for sensor in self.corrections}
+        corrected: dict[str, Any] = {
+            ARRAYS[sensor]: self.corrections[sensor].apply(values) for sensor, values in read.items() if values is not None
+        }
+        return replace(recording, **corrected)
 
     def parameters(self) -> dict[str, float]:
         return dict(self.values)
@@ -136,6 +172,12 @@ AHRS_OPTIONS = {
 """Option of the AHRS: the figures whose root sum of squares it is."""
 
 
+CALIBRATION = "calibration"
+"""Entry of a sensor that hnav calibrate writes."""
+SHAPES: dict[str, tuple[int, ...]] = {"matrix": (3, 3), "offset": (3,), "sigma_matrix": (3, 3), "sigma_offset": (3,)}
+SI = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
+
+
 def models_folder() -> Path:
     return model_files("sensors")
 
@@ -156,15 +198,33 @@ def read_grade(name_or_path: str | Path) -> Grade:
     unknown = sorted(set(file.data) - {"version", *TEXTS} - set(ENTRIES))
     if unknown:
         file.refuse(f"there is no sensor {unknown[0]}; there are {', '.join(ENTRIES)}")
-    values = {}
+    values, corrections = {}, {}
     for sensor in ENTRIES:
         given = file.data.get(sensor, {})
         if not isinstance(given, dict):
             file.refuse(f"{sensor} is no object of entries")
         for key, entry in given.items():
+            if key == CALIBRATION:
+                corrections[sensor] = _correction(file, sensor, entry)
+                continue
             parameter, value = _parameter(file, sensor, key, entry)
             values[f"{sensor}.{parameter}"] = value
-    return Grade(file.data["name"], values)
+    return Grade(file.data["name"], values, corrections)
+
+
+def _correction(file: ModelFile, sensor: str, entry: Any) -> Correction:
+    """Of an entry calibration."""
+    if not isinstance(entry, dict) or set(entry) != {"unit", *SHAPES} or entry["unit"] != SI[sensor]:
+        file.refuse(f"{sensor}.{CALIBRATION} must have {', '.join(SHAPES)}, and the unit {SI[sensor]}")
+    arrays = {}
+    for name, shape in SHAPES.items():
+        try:
+            arrays[name] = np.array(entry[name], float)
+        except (TypeError, ValueError):
+            arrays[name] = np.empty(0)
+        if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
+            file.refuse(f"{sensor}.{CALIBRATION}.{name} is not {' x '.join(map(str, shape))} finite numbers")
+    return Correction(**arrays)
 
 
 def _parameter(file: ModelFile, sensor: str, key: str, entry: Any) -> tuple[str, float]:

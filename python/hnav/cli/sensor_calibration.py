@@ -1,0 +1,108 @@
+"""What hnav calibrate --sensor does: accelerometer, gyroscope and magnetometer of one recording into a sensor file."""
+
+from __future__ import annotations
+
+import json
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from hnav.cli.console import say, show, working
+from hnav.cli.recordings import warn
+from hnav.errors import HnavError
+from hnav.filters.calibration import calibrate_magnetometer
+from hnav.filters.sensor_calibration import SensorCalibration, calibrate_sensors
+from hnav.io.json_file import read_json
+from hnav.io.outputs import write_files
+from hnav.io.recordings import Recording
+from hnav.io.sensors import CALIBRATION, SI, VERSION, Correction, read_grade
+from hnav.units import G_M_S2
+
+SHOWN = {"accel": ("mg", 1e-3 * G_M_S2), "gyro": ("deg/s", np.pi / 180), "mag": ("uT", 1e-6)}
+"""Units of the offsets, in SI."""
+
+
+def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_m_s2: float) -> None:
+    """Writes the sensor file, with what an existing one holds besides, and the page. Raises HnavError; the page is then about what is
+    missing."""
+    if report is not None:
+        # Plotly takes a while to load; the page says so where it is missing.
+        import_module("hnav.reports.page")
+    if sensor.exists():
+        read_grade(sensor)
+    try:
+        with working(f"{data.name}: rests and turns"):
+            found = calibrate_sensors(data, gravity_m_s2)
+    except HnavError as error:
+        if report is not None and error.status == "ill-conditioned":
+            from hnav.reports.sensor_page import write_refusal
+
+            write_refusal(data, str(error), report)
+            say(str(report))
+        raise
+    made = {"accel": found.accel, "gyro": found.gyro} | field_of(data, found)
+    write_files({sensor: json.dumps(sensor_file(sensor, data.name, made), indent=1) + "\n"})
+    if report is not None:
+        from hnav.reports.sensor_page import write_sensor_report
+
+        write_sensor_report(data.name, found, rows_of(made), report)
+    show(figures_table(data.name, made))
+    say(f"{len(found.directions)} rests, largest gap between their directions {np.degrees(found.missing_rad):.0f} deg; "
+        f"{' and '.join(str(file) for file in (sensor, report) if file is not None)}")  # fmt: skip
+
+
+def field_of(data: Recording, found: SensorCalibration) -> dict[str, Correction]:
+    """The magnetometer, aligned by the calibrated force; empty, with a warning, where it cannot be."""
+    if data.field_b_tesla is None:
+        return {}
+    try:
+        iron = calibrate_magnetometer(data.field_b_tesla, found.accel.apply(data.force_b_m_s2))
+    except HnavError as error:
+        warn([f"warning: the magnetometer is left out: {error}"])
+        return {}
+    say(f"magnetometer: {iron.fit}; {iron.note}")
+    return {"mag": Correction(iron.matrix, iron.offset)}
+
+
+def sensor_file(file: Path, name: str, made: dict[str, Correction]) -> dict[str, Any]:
+    """What stands in the file, and the calibrations."""
+    data: dict[str, Any] = read_json(file) if file.exists() else {"version": VERSION, "name": name, "source": "hnav calibrate."}
+    for sensor, correction in made.items():
+        data[sensor] = data.get(sensor, {}) | {CALIBRATION: correction.entry(SI[sensor])}
+    return data
+
+
+def rows_of(made: dict[str, Correction]) -> list[list[str]]:
+    """Sensor, figure, x, y, z with their sigmas, unit."""
+    rows = []
+    for sensor, one in made.items():
+        unit, si = SHOWN[sensor]
+        scale, spread = np.diag(one.matrix) - 1, np.diag(one.sigma_matrix)
+        rows.append([sensor, "offset", *_cells(one.offset / si, one.sigma_offset / si), unit])
+        rows.append([sensor, "scale", *_cells(100 * scale, 100 * spread), "%"])
+        for name, above in (("axes xy, xz, yz", True), ("axes yx, zx, zy", False)):
+            places = [(0, 1), (0, 2), (1, 2)]
+            angle, sigma = (
+                np.degrees([array[place if above else place[::-1]] for place in places])
+                for array in (one.matrix, one.sigma_matrix)
+            )
+            if angle.any():
+                rows.append([sensor, name, *_cells(angle, sigma), "deg"])
+    return rows
+
+
+def _cells(values: np.ndarray, sigmas: np.ndarray) -> list[str]:
+    return [f"{v:.4g} ± {s:.2g}" if np.isfinite(s) and s > 0 else f"{v:.4g}" for v, s in zip(values, sigmas)]
+
+
+def figures_table(name: str, made: dict[str, Correction]) -> Table:
+    """A row for each figure, with one sigma."""
+    table = Table(
+        "sensor", "figure", "x", "y", "z", "unit", title=f"{name}: corrected = matrix (reading - offset)", title_justify="left"
+    )
+    for row in rows_of(made):
+        table.add_row(*row)
+    return table

@@ -1,0 +1,95 @@
+"""What is asked of each recording that goes through a filter, as the options of the command line say it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from math import radians
+from pathlib import Path
+
+from hnav.cli.recordings import Reading
+from hnav.cli.words import UsageError
+from hnav.filters.calibration import read_calibration
+from hnav.filters.options import options_of_place, options_of_sensor
+from hnav.io.recordings import Recording
+from hnav.io.sensors import GRADES, read_grade
+
+INS = "ins"
+Corrected = Callable[[Recording], Recording]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Options by their names; settings are those of the filter, with what grade, sensor and place set."""
+
+    reading: Reading
+    filter: str = "ahrs"
+    engine: str = "c"
+    settings: Mapping[str, str] = field(default_factory=dict)
+    preset: str = "default"
+    step: float | None = None
+    frame: str | None = None
+    strict: bool = False
+    force: bool = False
+    smooth: bool = False
+    calibration: Path | None = None
+    sensor: Path | None = None
+    gnss: Path | None = None
+    truth: Path | None = None
+    outages: str | None = None
+
+    def corrected(self) -> Corrected | None:
+        """What corrects a recording by the files of calibrations. Raises HnavError, UsageError."""
+        return corrected_by(self.calibration, self.sensor)
+
+    def made_of(self, recording: Path) -> list[str]:
+        """What the head of a table says of its sources."""
+        lines = [f"recording {recording}"]
+        lines += [f"field corrected by {self.calibration}"] if self.calibration else []
+        return lines + ([f"sensors by {self.sensor}"] if self.sensor else [])
+
+
+def corrected_by(calibration: Path | None, sensor: Path | None) -> Corrected | None:
+    """Of a magnetometer's calibration, and of a sensor file, which may hold those of three sensors. Raises HnavError, UsageError."""
+    grade = None if sensor is None else read_grade(sensor)
+    if calibration is not None and grade is not None and "mag" in grade.corrections:
+        raise UsageError(f"--calibration {calibration}: {sensor} has a calibration of the magnetometer too: give one of them")
+    steps: list[Corrected] = []
+    if calibration is not None:
+        steps.append(read_calibration(calibration).apply_to)
+    if grade is not None and grade.corrections:
+        steps.append(grade.apply_to)
+    return (lambda recording: reduce(lambda done, step: step(done), steps, recording)) if steps else None
+
+
+def preset_and_settings(
+    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
+) -> tuple[str, dict[str, str]]:
+    """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
+    if grade is not None and sensor is not None:
+        raise UsageError("--grade and --sensor: give one of them")
+    if filter == INS:
+        if sensor is not None and not read_grade(sensor).corrections:
+            raise UsageError(f"--sensor {sensor}: has no calibration, and the INS takes its other figures from --grade")
+        return grade or preset, settings_of_place(filter, place_and_date)
+    if grade is not None and grade not in GRADES:
+        raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
+    of_sensor = {name: str(value) for name, value in options_of_sensor(filter, sensor or grade).items()}
+    return preset, of_sensor | settings_of_place(filter, place_and_date)
+
+
+def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:
+    """Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
+    if place_and_date is None:
+        return {}
+    return {name: str(value) for name, value in options_of_place(filter, place_of(place_and_date)).items()}
+
+
+def place_of(place_and_date: str) -> tuple[float, float, float, float]:
+    """Latitude and longitude in rad, height in m, and year. Raises UsageError."""
+    try:
+        latitude_deg, longitude_deg, height_m, year = map(float, place_and_date.split(","))
+    except ValueError:
+        raise UsageError(f"--place-and-date {place_and_date}: write LAT,LON,HEIGHT,YEAR, as 48.1,11.6,500,2026.5") from None
+    return radians(latitude_deg), radians(longitude_deg), height_m, year

@@ -1,0 +1,300 @@
+"""Calibration of accelerometer and gyroscope from one recording of a sensor that was laid down in many attitudes.
+
+    found = calibrate_sensors(hnav.read("rests.csv"))
+    found.accel.offset, found.accel.sigma_offset          # m/s2
+    found.gyro.apply(rates)
+
+The calibrated force has the same length in every rest; the calibrated rate, integrated between two rests, turns gravity from the one into
+gravity of the other (Tedaldi, Pretto, Menegatti, ICRA 2014). Both sensors are fitted together by least squares, weighted by the covariance
+of all measurements, so that every figure has its sigma. Body axes are those of the accelerometer: x is its x axis, y lies in the plane of its
+x and y axes. The model is corrected = matrix (reading - offset), the matrix of the accelerometer upper triangular.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hnav.errors import HnavValueError
+from hnav.filters.noise import still_stretches
+from hnav.io.recordings import Recording
+from hnav.io.sensors import Correction
+from hnav.native.arrays import Array
+from hnav.rotations import quaternion_product, rotated
+from hnav.units import G_M_S2
+
+LEAST_REST_S = 1.0
+"""Of a rest: one second of a consumer chip gives gravity to 0.01 deg."""
+LONGEST_TURN_S = 30.0
+"""Between two rests: the bias of a gyroscope wanders in longer ones."""
+LONGEST_GAP_S = 0.1
+"""Between two rates of a turn."""
+BLOCK_S = 0.25
+"""Means of so long are taken as independent: the noise of chips, and a table that trembles, is coloured below."""
+ATTITUDES, APART_RAD = 9, np.radians(20)
+"""Fewest attitudes, so far apart: nine parameters of the accelerometer, one equation an attitude."""
+LIMITS = {"accel offset": 0.05, "accel matrix": 0.005, "gyro matrix": 0.01}
+"""Sigmas above which a calibration is refused: m/s2, and parts of one; a factory's trim of a consumer chip is as good."""
+SURE = 0.95
+"""Probability below which a spread of the bias is taken for noise."""
+UPPER = np.triu_indices(3)
+PARAMETERS = 21
+ROUNDS = 2
+"""Each has the weights at the parameters of the one before: errors of some percent change the weights by as much."""
+SCALES = np.array([0.1] * 3 + [0.01] * 6 + [0.01] * 3 + [0.01] * 9)
+"""Of the parameters, for the solver: usual errors."""
+
+
+@dataclass(frozen=True)
+class Rests:
+    """What a recording gives: n rests and the turns between them."""
+
+    t_s: Array
+    """n x 2: begin and end."""
+    force: Array
+    """n x 3: means, m/s2."""
+    rate: Array
+    """n x 3: means, rad/s."""
+    force_variance: Array
+    """n x 3: of the means."""
+    rate_variance: Array
+    """n x 3: of the means."""
+    turns: list[tuple[int, Array, Array]]
+    """The rest that begins it, durations (m) and mean rates (m x 3) of its intervals."""
+    rate_density: Array
+    """3: (rad/s)^2/Hz, of the gyroscope."""
+    wander: Array
+    """3: (rad/s)^2, of the bias from rest to rest."""
+
+
+@dataclass(frozen=True)
+class SensorCalibration:
+    """What was found, and what to judge it by."""
+
+    accel: Correction
+    """Of the force; its matrix is upper triangular."""
+    gyro: Correction
+    """Of the rate."""
+    covariance: Array
+    """21 x 21: accelerometer offset and upper triangle, gyroscope offset and matrix by rows."""
+    directions: Array
+    """n x 3: specific force of the rests, unit vectors in body axes."""
+    missing: Array
+    """3: the direction that is farthest from all of them."""
+    missing_rad: float
+    """So far."""
+    chi2: float
+    """Mean square of the weighted residuals, 1 when the noise of the rests explains them; sigmas hold what is above."""
+
+    @property
+    def parameters(self) -> Array:
+        """21, in the order of covariance."""
+        return np.concatenate([self.accel.offset, self.accel.matrix[UPPER], self.gyro.offset, self.gyro.matrix.ravel()])
+
+
+def calibrate_sensors(recording: Recording, gravity_m_s2: float = G_M_S2) -> SensorCalibration:
+    """Raises HnavValueError with the status "ill-conditioned" where rests and turns do not determine it: the text names what to add.
+
+    gravity_m_s2: of the place; the scale of the accelerometer is relative to it.
+    """
+    from scipy.optimize import least_squares
+
+    rests = rests_of(recording)
+    refuse_few(recording.name, unit_vectors(rests.force))
+    parameters = np.concatenate([np.zeros(3), np.eye(3)[UPPER], rests.rate.mean(axis=0), np.eye(3).ravel()])
+    for _ in range(ROUNDS):
+        root: Array = np.linalg.cholesky(covariance_of(rests, parameters)).astype(float)
+
+        def weighted(p: Array, root: Array = root) -> Array:
+            return np.asarray(np.linalg.solve(root, residuals(rests, p, gravity_m_s2)), float)
+
+        fitted = least_squares(weighted, parameters, x_scale=SCALES, method="lm")
+        parameters = fitted.x
+    chi2 = float(2 * fitted.cost / max(1, len(fitted.fun) - PARAMETERS))
+    scaled = fitted.jac * SCALES
+    if np.linalg.matrix_rank(scaled) < PARAMETERS:
+        raise _ill(recording.name, "the turns do not determine the gyroscope: turn it about each axis between rests, both ways")
+    covariance = np.linalg.inv(scaled.T @ scaled) * np.outer(SCALES, SCALES) * max(1.0, chi2)
+    accel, gyro = corrections(parameters, covariance)
+    directions = unit_vectors(accel.apply(rests.force))
+    missing, missing_rad = largest_gap(directions)
+    _refuse_uncertain(recording.name, accel, gyro, missing)
+    return SensorCalibration(accel, gyro, covariance, directions, missing, missing_rad, chi2)
+
+
+# --------------------------------------------------------------------------------------------- what is measured
+
+
+def rests_of(recording: Recording) -> Rests:
+    """Raises HnavValueError when there are fewer than two."""
+    from scipy.stats import chi2
+
+    found = still_stretches(recording, LEAST_REST_S)
+    gyro, accel = recording.samples("gyro"), recording.samples("accel")
+    means, variances = zip(*(_block_means(*samples, found) for samples in (gyro, accel)))
+    if len(found) < 2:
+        raise _ill(
+            recording.name, f"{len(found)} rests of {LEAST_REST_S:g} s were found: lay the sensor down, and do not touch it"
+        )
+    t_s = np.array(found)
+    per_block = variances[0].mean(axis=0)
+    counts = np.maximum(1, np.diff(t_s, axis=1) // BLOCK_S)
+    white = per_block / counts
+    spread, expected = means[0].var(axis=0, ddof=1), white.mean(axis=0)
+    limit = chi2.ppf(SURE, len(found) - 1) / (len(found) - 1)
+    wander = np.where(spread > limit * expected, spread - expected, 0.0)  # where it is no chance of the noise
+    turns = [(i, *turn) for i in range(len(found) - 1) if (turn := _turn(*gyro, found[i][1], found[i + 1][0])) is not None]
+    return Rests(t_s, means[1], means[0], variances[1].mean(axis=0) / counts, white + wander, turns, per_block * BLOCK_S, wander)
+
+
+def _block_means(t_s: Array, values: Array, spans: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+    """Of each span: mean (n x 3), and variance of the means of its blocks (n x 3)."""
+    means, variances = [], []
+    for begin_s, end_s in spans:
+        rows = (t_s >= begin_s) & (t_s < end_s)
+        block = ((t_s[rows] - begin_s) / BLOCK_S).astype(int)
+        count = np.bincount(block)
+        used = count > 0
+        blocks = np.stack([np.bincount(block, axis)[used] / count[used] for axis in values[rows].T], axis=1)
+        means.append(values[rows].mean(axis=0))
+        variances.append(blocks.var(axis=0, ddof=1))
+    return np.reshape(means, (-1, 3)), np.reshape(variances, (-1, 3))
+
+
+def _turn(t_s: Array, rate: Array, begin_s: float, end_s: float) -> tuple[Array, Array] | None:
+    """Durations and mean rates of the intervals between two rests; None where it is too long or has a gap."""
+    first, last = np.searchsorted(t_s, [begin_s, end_s])
+    rows = slice(max(0, first - 1), last + 1)  # one sample of the rest on either side
+    steps = np.diff(t_s[rows])
+    if end_s - begin_s > LONGEST_TURN_S or not len(steps) or steps.max() > LONGEST_GAP_S:
+        return None
+    return steps, 0.5 * (rate[rows][1:] + rate[rows][:-1])
+
+
+# --------------------------------------------------------------------------------------------- the equations
+
+
+def corrections(parameters: Array, covariance: Array) -> tuple[Correction, Correction]:
+    """Of accelerometer and gyroscope, with their sigmas."""
+    sigma = np.sqrt(np.diag(covariance))
+    made = []
+    for values in (parameters, sigma):
+        upper = np.zeros((3, 3))
+        upper[UPPER] = values[3:9]
+        made.append((values[:3], upper, values[9:12], values[12:].reshape(3, 3)))
+    (offset_a, matrix_a, offset_g, matrix_g), (sigma_a, spread_a, sigma_g, spread_g) = made
+    return Correction(matrix_a, offset_a, spread_a, sigma_a), Correction(matrix_g, offset_g, spread_g, sigma_g)
+
+
+def residuals(rests: Rests, parameters: Array, gravity_m_s2: float) -> Array:
+    """n of the length of the force in m/s2, 3 n of the rate at rest in rad/s, two for each turn: gravity across its expected direction."""
+    accel, gyro = corrections(parameters, np.eye(PARAMETERS))
+    force = accel.apply(rests.force)
+    direction = unit_vectors(force)
+    across = [tangents(direction[i + 1]) @ turn_of(steps, gyro.apply(rate)) @ direction[i] for i, steps, rate in rests.turns]
+    return np.concatenate([np.linalg.norm(force, axis=1) - gravity_m_s2, (rests.rate - gyro.offset).ravel(), *across])
+
+
+def covariance_of(rests: Rests, parameters: Array) -> Array:
+    """Of the residuals, by the noise of the means at rest and of the rates of the turns."""
+    n, m = len(rests.force), len(rests.turns)
+    accel, gyro = corrections(parameters, np.eye(PARAMETERS))
+    force = accel.apply(rests.force)
+    direction, length = unit_vectors(force), np.linalg.norm(force, axis=1)
+    by_force = np.zeros((4 * n + 2 * m, 3 * n))
+    found = np.zeros((4 * n + 2 * m, 4 * n + 2 * m))
+    for i in range(n):
+        by_force[i, 3 * i : 3 * i + 3] = direction[i] @ accel.matrix
+    found[n : 4 * n, n : 4 * n] = np.diag(rests.rate_variance.ravel())
+    for k, (i, steps, rate) in enumerate(rests.turns):
+        rows, across = slice(4 * n + 2 * k, 4 * n + 2 * k + 2), tangents(direction[i + 1])
+        back = turn_of(steps, gyro.apply(rate))
+        by_force[rows, 3 * i : 3 * i + 3] = across @ back @ _of_direction(direction[i], length[i]) @ accel.matrix
+        by_force[rows, 3 * i + 3 : 3 * i + 6] = -across @ _of_direction(direction[i + 1], length[i + 1]) @ accel.matrix
+        duration_s = steps.sum()
+        turned = gyro.matrix @ np.diag(rests.rate_density * duration_s + rests.wander * duration_s**2) @ gyro.matrix.T
+        cross = across @ np.cross(np.eye(3), back @ direction[i])
+        found[rows, rows] += cross @ turned @ cross.T
+    return np.asarray(found + (by_force * rests.force_variance.ravel()) @ by_force.T)
+
+
+def turn_of(steps_s: Array, rate: Array) -> Array:
+    """3 x 3, of all intervals one after the other: body axes of the begin to those of the end. Neighbours are joined in pairs."""
+    turn = steps_s[:, None] * rate
+    angle = np.linalg.norm(turn, axis=1)[:, None]
+    q = np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2 * np.pi)) * turn], axis=1)
+    while len(q) > 1:
+        rest = q[len(q) & ~1 :]
+        pairs = q[: len(q) & ~1]
+        q = np.concatenate([quaternion_product(pairs[::2], pairs[1::2]), rest])
+    return rotated(np.repeat(q, 3, axis=0), np.eye(3))
+
+
+def _of_direction(direction: Array, length: float) -> Array:
+    """3 x 3: what a change of a vector does to its direction."""
+    return np.asarray((np.eye(3) - np.outer(direction, direction)) / length)
+
+
+def tangents(direction: Array) -> Array:
+    """2 x 3: unit vectors across a direction."""
+    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(direction, first)])
+
+
+def unit_vectors(vectors: Array) -> Array:
+    """n x 3."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+# --------------------------------------------------------------------------------------------- attitudes
+
+
+def refuse_few(name: str, directions: Array) -> None:
+    """Raises HnavValueError for fewer than ATTITUDES that are APART_RAD apart."""
+    apart = distinct(directions)
+    if len(apart) < ATTITUDES:
+        raise _ill(name, f"{len(apart)} attitudes at rest, {ATTITUDES} are needed: {advice(largest_gap(directions)[0])}")
+
+
+def distinct(directions: Array) -> Array:
+    """Those of which each is APART_RAD or more from all others that are kept."""
+    kept: list[Array] = []
+    for one in directions:
+        if all(one @ other < np.cos(APART_RAD) for other in kept):
+            kept.append(one)
+    return np.array(kept)
+
+
+def largest_gap(directions: Array) -> tuple[Array, float]:
+    """The direction of a lattice that is farthest from all of these, and how far."""
+    k = np.arange(500)
+    z, turn = 1 - (2 * k + 1) / 500, k * np.pi * (3 - np.sqrt(5))
+    lattice = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    nearest = np.arccos(np.clip(lattice @ directions.T, -1, 1)).min(axis=1)
+    return lattice[np.argmax(nearest)], float(nearest.max())
+
+
+def advice(missing: Array) -> str:
+    """How to lay the sensor so that its force points there."""
+    axes = [f"{'-' if value < 0 else '+'}{name}" for name, value in zip("xyz", missing) if abs(value) > 1 / 3]
+    said = ", ".join(f"{value + 0.0:.1f}" for value in missing)
+    return f"lay it with {'the middle of ' if len(axes) > 1 else ''}{' and '.join(axes)} up, ({said}) in its axes"
+
+
+def _refuse_uncertain(name: str, accel: Correction, gyro: Correction, missing: Array) -> None:
+    """Raises HnavValueError where a sigma is above its limit."""
+    if max(accel.sigma_offset.max() / LIMITS["accel offset"], accel.sigma_matrix.max() / LIMITS["accel matrix"]) > 1:
+        raise _ill(name, f"the rests do not determine the accelerometer: more attitudes, such as: {advice(missing)}")
+    if gyro.sigma_matrix.max() > LIMITS["gyro matrix"]:
+        axis = "xyz"[int(np.argmax(gyro.sigma_matrix.max(axis=0)))]
+        raise _ill(
+            name,
+            f"the turns do not determine the gyroscope: turn it about its {axis} axis by 90 deg and more between rests, both ways",
+        )
+
+
+def _ill(name: str, text: str) -> HnavValueError:
+    return HnavValueError("ill-conditioned", f"{name}: {text}")
