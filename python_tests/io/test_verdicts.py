@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import devices
+import exported
 import recorded
 from hnav import Filter, Recording, read
 from hnav.io.recordings import RecordingError
@@ -82,7 +83,8 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "names of nothing": ("refused", partial(table, "time_s|left_{axis}|right_{axis}", 1, 1, None)),
 }  # fmt: skip
 """By shape: the verdict, and what writes it."""
-SHAPES = {**recorded.SHAPES, **devices.SHAPES}
+SHAPES = {**recorded.SHAPES, **devices.SHAPES, **exported.SHAPES}
+FAULTY |= exported.FAULTY
 
 
 @pytest.fixture(scope="module")

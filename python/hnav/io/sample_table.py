@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from hnav.errors import HnavValueError
-from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
+from hnav.io.readers.cells import BLANKS, DELIMITERS, MISSING, cells_of, decimal_mark, is_number
 from hnav.io.readers.tables import encoding_of
 from hnav.io.recordings import RecordingError
 
@@ -25,7 +25,6 @@ _TIME = re.compile(rf"(t|(?i:{'|'.join(TIME[1:])}))(?:[\s_\[(/]+({'|'.join(_UNIT
 # Seconds since 1970 in other units are told by their size: as seconds 1e11 would be the year 5138, as milliseconds 1973.
 _CLOCKS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _SWITCHES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0}
-_NONE = frozenset({"", "na", "n/a", "#n/a", "null", "none", "-", "unavailable", "unknown"})
 
 
 def read_sample_table(path: Path | str, wanted: Container[str] | None = None) -> tuple[Column, dict[str, Column]]:
@@ -59,7 +58,7 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise HnavValueError("file", f"{path.name} has two columns {twice}: call one otherwise")
-    if decimal_mark(delimiter, "".join(lines[1:])) == ",":
+    if decimal_mark(delimiter, lines[1:]) == ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]
     for number, row in enumerate(rows, 1):
         if any(row[len(names) :]):
@@ -131,7 +130,7 @@ def _numbers(path: Path, name: str, cells: list[str], needed: bool) -> Column:
     """Number by number, as Python reads them: the bits that were written."""
     numbers = np.full(len(cells), math.nan)
     for row, cell in enumerate(cells):
-        if cell.lower() not in _NONE:
+        if cell.lower() not in MISSING:
             try:
                 switch = _SWITCHES.get(cell.lower())
                 numbers[row] = float(cell) if switch is None else switch

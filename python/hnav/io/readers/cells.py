@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import csv
+import math
+import re
 from collections.abc import Iterable, Iterator
 
 BLANKS = " "
 """The delimiter of cells that are parted by blanks, as many as there are."""
-DELIMITERS = (",", ";", "\t", BLANKS)
+DELIMITERS = (",", ";", "\t", "|", BLANKS)
+MISSING = frozenset({"", "na", "n/a", "#n/a", "<na>", "nan", "null", "none", "-", "--", "unavailable", "unknown"})
+"""Cells that hold no number, in small letters."""
+_MINUS = dict.fromkeys(map(ord, "−–"), "-")
+"""What word processors and spreadsheets put for a minus."""
+_EXPONENT = r"(?:[eE][-+]?\d+)?"
+_DECIMALS = {mark: re.compile(rf"[-+]?[\d{other}]*{mark}\d*{_EXPONENT}") for mark, other in ((",", "."), ("[.]", ","))}
+_THOUSANDS = {".": re.compile(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?"), ",": re.compile(r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?")}
 
 
 def cells_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
@@ -15,6 +24,19 @@ def cells_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
     if delimiter == BLANKS:
         return (line.split() for line in lines)
     return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)
+
+
+def number_of(cell: str, decimal: str = ".") -> float:
+    """Of a cell as people and programs write it, NaN where it says that there is none. Raises ValueError for what is no number.
+
+    A spreadsheet puts an apostrophe before what it takes for a text; 1.234,5 has a mark of thousands.
+    """
+    text = cell.strip().lstrip("'").translate(_MINUS)
+    if text.lower() in MISSING:
+        return math.nan
+    if _THOUSANDS[decimal].fullmatch(text):
+        text = text.replace("," if decimal == "." else ".", "")
+    return float(text.replace(decimal, "."))
 
 
 def is_number(cell: str) -> bool:
@@ -26,6 +48,13 @@ def is_number(cell: str) -> bool:
     return True
 
 
-def decimal_mark(delimiter: str, rows: str) -> str:
-    """Of these rows: a comma where semicolons, tabs or blanks part the cells and none has a point."""
-    return "," if delimiter != "," and "," in rows and "." not in rows else "."
+def decimal_mark(delimiter: str, rows: Iterable[str]) -> str:
+    """Of these rows: a comma where cells have it before their decimals and none has a point; of 1.234,5 the last mark is it."""
+    commas = points = False
+    for row in cells_of(rows, delimiter):
+        for cell in row:
+            commas |= _DECIMALS[","].fullmatch(cell.strip()) is not None
+            points |= _DECIMALS["[.]"].fullmatch(cell.strip()) is not None
+            if "." in cell and _DECIMALS[","].fullmatch(cell.strip()):
+                return ","
+    return "," if commas and not points else "."

@@ -52,10 +52,10 @@ DESCRIBED = FILLERS - {"raw"} | _words("left right front back body frame axis x 
 """What may stand in brackets behind a name, and is no unit."""
 
 TIME_STEMS = _words(
-    "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit temps tiempo tempo"
+    "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
 TIME_FILLERS = _words(
-    "sensor log logging unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
+    "sensor log logging rtc unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
 )
 
 
@@ -132,7 +132,8 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
     named = [token for token in rest if token not in TIME_FILLERS]
     if not (tokens and (rest or found) and TIME_STEMS.issuperset(named)):
         return None
-    return Column("t_s", name, place, found, rank=0 if found else 1)
+    # A date alone is no time where there is a time beside it.
+    return Column("t_s", name, place, found, rank=0 if found else 2 if named == ["date"] else 1)
 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:

@@ -16,7 +16,7 @@ from hnav.io.readers.records import is_json, is_npz, read_json, read_npz
 from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
 from hnav.io.readers.serial_text import is_serial_text, read_serial_text
 from hnav.io.readers.streams import Raw, Wishes
-from hnav.io.readers.tables import read_parquet, read_table
+from hnav.io.readers.tables import UTF_16, read_parquet, read_table, without_zeros
 from hnav.io.readers.xsens import is_xsens_binary, is_xsens_text, read_xsens_text, refuse_binary
 from hnav.io.recordings import RecordingError
 
@@ -35,7 +35,7 @@ class Format:
 
 
 def is_text(path: Path, head: bytes) -> bool:
-    return bool(head) and (b"\0" not in head or head[:2] in (b"\xff\xfe", b"\xfe\xff"))
+    return bool(head) and not what_it_is(path, head) and (b"\0" not in without_zeros(head) or head[:2] in UTF_16)
 
 
 FORMATS = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -12,8 +13,9 @@ from hnav.io.readers.columns import columns_of
 from hnav.io.readers.unit_names import is_unit
 from hnav.io.recordings import RecordingError
 
-HEADER_WITHIN = 60  # lines
+HEADER_WITHIN = 1000  # lines, of which those that begin with a number are none
 COMMENT = "/#% "
+NUMBER_FIRST = re.compile(r"\s*[-+]?\d+([.,]\d*)?([eE][-+]?\d+)?\s*[,;\t| ]")
 
 
 @dataclass(frozen=True)
@@ -42,6 +44,8 @@ def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | Non
     best, score = Layout(0, [], ","), -1
     lines = list(_lines(text))
     for number, line in enumerate(lines):
+        if NUMBER_FIRST.match(line):
+            continue
         for delimiter in DELIMITERS:
             names = _names(shown, line, delimiter)
             if delimiter == BLANKS and not _fits(names, lines[number + 1 :]):
@@ -54,7 +58,7 @@ def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | Non
     if score <= 0 and given:
         best = _without_header(shown, lines, given) or best
     best = replace(best, units=_units_under(shown, best, lines))
-    return replace(best, decimal=decimal_mark(best.delimiter, "".join(lines[best.first_row :])))
+    return replace(best, decimal=decimal_mark(best.delimiter, lines[best.first_row :]))
 
 
 def at_header(shown: str, layout: Layout) -> str:

@@ -9,7 +9,7 @@ import csv
 import io
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from hnav.io.readers.aids import aids_in
-from hnav.io.readers.cells import BLANKS
+from hnav.io.readers.cells import BLANKS, MISSING, number_of
 from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import Column, columns_of, with_unit
+from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, library
 from hnav.io.readers.unit_names import unknown_unit
@@ -32,8 +33,11 @@ if TYPE_CHECKING:
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
 SHOWN_CHARACTERS, SHOWN_COLUMNS = 40, 20
 EARTH_UT = (18.0, 80.0)
-DAY_S = 86400.0
+MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
+"""Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
+MARKS = "; where decimals have commas too, part the cells by semicolons"
 ENCODINGS = ("utf-8-sig", "cp1252")
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
 NOT_DIGESTED = (ValueError, OverflowError, Warning)
 """What frames_of may end with."""
@@ -205,6 +209,7 @@ def _stands_twice(table: Table, rows: np.ndarray) -> bool:
 
 def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) -> Table:
     """The columns of a text. sensor: the only one whose samples it holds. Raises RecordingError that names line and column."""
+    data = without_zeros(data)
     encoding = encoding_of(shown, data)
     text = data.decode(encoding)
     plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
@@ -213,22 +218,21 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
         text, notes = text[:end], ("the last line was cut off and is left out",)
         data = text.encode(encoding)
     try:
-        frame = _read(shown, text, io.BytesIO(data), plan)
+        frame, more = _read(shown, text, io.BytesIO(data), plan)
     except RecordingError as error:
         if wishes.only_aids or not any(column.aids for column in plan.columns.values()):
             raise
         # What only navigation reads is no reason to refuse the rest.
-        plan, notes = (
-            plan.without_aids(),
-            (
-                *notes,
-                f"satellites, pressure and wheels were left out: {error}",
-            ),
-        )
-        frame = _read(shown, text, io.BytesIO(data), plan)
+        plan, notes = plan.without_aids(), (*notes, f"satellites, pressure and wheels were left out: {error}")
+        frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
-    return replace(table_by(shown, frame, plan), notes=notes)
+    return replace(table_by(shown, frame, plan), notes=(*notes, *more))
+
+
+def without_zeros(data: bytes) -> bytes:
+    """A text without the zeros that a file system leaves behind what was written, as at a loss of power."""
+    return data if data[:2] in UTF_16 else data.rstrip(b"\0")
 
 
 def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | None = None) -> Plan:
@@ -238,19 +242,25 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
         raise RecordingError(
-            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
+            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them; "
+            "of a table of numbers alone say their places, such as columns t_s=1 columns gx=2"
         )
     for role, column in columns.items():
         if column.unit is None and column.place < len(layout.units):
             columns[role] = with_unit(column, layout.units[column.place])
-    return Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
+    plan = Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
+    # The fast reader is silent about cells beyond the header, as of row names that have no name.
+    first = next(rows_of(io.StringIO(head, newline=None), layout), (0, []))
+    if len(without_empty_end(first[1])) > len(layout.names) and (fault := fault_of(shown, io.StringIO(head, newline=None), plan)):
+        raise RecordingError(fault)
+    return plan
 
 
 def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
     """The table that rows are, read by its plan. Raises RecordingError for times that are none."""
     values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
     if plan.instants:
-        values["t_s"] = _seconds(at_header(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
+        values["t_s"] = seconds_of(at_header(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
     return Table(plan.columns, values, plan.layout, plan.instants)
 
 
@@ -258,7 +268,7 @@ def encoding_of(shown: str, data: bytes) -> str:
     """What the text of a file is written in. Raises RecordingError."""
     if not data.strip():
         raise RecordingError(f"{shown}: the file is empty")
-    encodings = ("utf-16",) if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ENCODINGS
+    encodings = ("utf-16",) if data[:2] in UTF_16 else ENCODINGS
     if b"\0" not in data or len(encodings) == 1:
         for encoding in encodings:
             try:
@@ -269,17 +279,48 @@ def encoding_of(shown: str, data: bytes) -> str:
     raise RecordingError(f"{shown}: not a text file")
 
 
-def _read(shown: str, text: str, stream: io.BytesIO, plan: Plan) -> pd.DataFrame:
+def _read(shown: str, text: str, stream: io.BytesIO, plan: Plan) -> tuple[pd.DataFrame, tuple[str, ...]]:
+    """The used columns, and what was left out."""
     try:
         (frame,) = frames_of(stream, plan)
+        remarks: set[int] = set()
     except NOT_DIGESTED:
-        if fault := fault_of(shown, io.StringIO(text, newline=None), plan):
+        remarks = _remarks(shown, text, plan)
+        if fault := fault_of(shown, io.StringIO(text, newline=None), plan, remarks):
             raise RecordingError(fault) from None
-        return _read_slowly(shown, text, plan)
-    # A short line looks like one with empty cells at its end.
-    if len(frame) and frame.iloc[:, -1].isna().any() and (fault := fault_of(shown, io.StringIO(text, newline=None), plan)):
-        raise RecordingError(fault)
-    return frame
+        frame = _read_slowly(shown, text, plan, remarks)
+    else:
+        # A short line looks like one with empty cells at its end.
+        if len(frame) and frame.iloc[:, -1].isna().any() and (fault := fault_of(shown, io.StringIO(text, newline=None), plan)):
+            raise RecordingError(fault)
+    if not remarks:
+        return frame, ()
+    left = "a line without a number was" if len(remarks) == 1 else f"{len(remarks)} lines without a number were"
+    return frame, (f"{left} left out, the first of them line {min(remarks)}",)
+
+
+def _remarks(shown: str, text: str, plan: Plan) -> set[int]:
+    """Lines, from 1, without a number where the columns that are read have theirs: remarks of a logger, the header once more. None
+    where they are too many for remarks."""
+    found, rows = set(), 0
+    try:
+        for line, row in rows_of(io.StringIO(text, newline=None), plan.layout):
+            rows += 1
+            cells = [row[place] for place in plan.used if place < len(row) and row[place].strip()]
+            if cells and not any(_is_read(cell, plan.layout.decimal) for cell in cells):
+                found.add(line)
+    except csv.Error:
+        raise RecordingError(f"{shown}: not a text file") from None
+    few = len(found) <= max(FEWEST_REMARKS, MOST_REMARKS * rows) and rows - len(found) >= FEWEST_ROWS
+    return found if few else set()
+
+
+def _is_read(cell: str, decimal: str) -> bool:
+    try:
+        number_of(cell, decimal)
+    except ValueError:
+        return is_instant(cell)
+    return True
 
 
 def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator[pd.DataFrame]:
@@ -295,6 +336,7 @@ def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator
         lambda: pandas.read_csv(
             stream, encoding=plan.encoding, sep=separator, skiprows=plan.layout.first_row, header=None, names=names,
             usecols=[str(place) for place in plan.used], dtype={str(place): plan.kind(place) for place in plan.used},
+            na_values=sorted(MISSING),
             skipinitialspace=True, decimal=plan.layout.decimal, index_col=False, chunksize=rows,
         )
     )  # fmt: skip
@@ -330,66 +372,46 @@ def _strictly(call: Callable[[], Any]) -> Any:
         return call()
 
 
-def _read_slowly(shown: str, text: str, plan: Plan) -> pd.DataFrame:
+def _read_slowly(shown: str, text: str, plan: Plan, remarks: Container[int]) -> pd.DataFrame:
     """Lines that end in a delimiter, and whatever else the fast reader does not digest though every cell is a number."""
     import pandas
 
     rows = rows_of(io.StringIO(text, newline=None), plan.layout)
     try:
-        cells = [[row[place] if place < len(row) else "" for place in plan.used] for _, row in rows]
+        cells = [[row[place] if place < len(row) else "" for place in plan.used] for line, row in rows if line not in remarks]
         frame = pandas.DataFrame(cells, columns=plan.used, dtype=object)
         for place in plan.used:
             if plan.kind(place) is float:
-                frame[place] = [_number(cell, plan.layout.decimal) for cell in frame[place]]
+                frame[place] = [number_of(cell, plan.layout.decimal) for cell in frame[place]]
         return frame
     except (ValueError, csv.Error):
         raise RecordingError(f"{shown}: cannot be read as a table") from None
 
 
-def _number(cell: str, decimal: str) -> float:
-    text = cell.strip()
-    return float(text.replace(decimal, ".")) if text else np.nan
-
-
 def _is_instant(text: str, layout: Layout, place: int) -> bool:
-    """Whether the first time is one of a calendar: 2026-01-31 12:00:00.01."""
+    """Whether the first time is one of a calendar or a clock: 2026-01-31 12:00:00.01."""
     for _, row in rows_of(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout):
-        cell = row[place].strip() if place < len(row) else ""
-        return cell.count(":") > 1 or cell.count("-") == 2
+        if place < len(row) and row[place].strip():
+            return is_instant(row[place])
     return False
 
 
-def _seconds(at: str, name: str, cells: np.ndarray) -> np.ndarray:
-    """Of instants of a calendar, or of a clock, whose midnight is passed."""
-    import pandas
-
-    texts = pandas.Series(cells)
-    try:
-        instants = pandas.to_datetime(texts, utc=True, format="ISO8601")
-        return (instants - pandas.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-    except (ValueError, OverflowError, TypeError):
-        pass
-    try:
-        clock_s = pandas.to_timedelta(texts).dt.total_seconds().to_numpy()
-        return clock_s + DAY_S * np.cumsum(np.diff(clock_s, prepend=clock_s[:1]) < -DAY_S / 2)
-    except (ValueError, OverflowError, TypeError):
-        raise RecordingError(
-            f"{at}, column {name.strip()}: the times are neither numbers nor like 2026-01-31 12:00:00.01 or 12:00:00.01"
-        ) from None
-
-
-def fault_of(shown: str, lines: Iterable[str], plan: Plan) -> str | None:
-    """The first fault of a table that the fast reader did not digest, found line by line."""
+def fault_of(shown: str, lines: Iterable[str], plan: Plan, remarks: Container[int] = ()) -> str | None:
+    """The first fault of a table that the fast reader did not digest, found line by line. remarks: lines that are no rows."""
     layout, used = plan.layout, {column.place: column for column in plan.columns.values()}
     if plan.instants:
         del used[plan.columns["t_s"].place]
     try:
         for line, row in rows_of(lines, layout):
-            if len(without_empty_end(row)) > len(layout.names) or len(row) < len(layout.names):
-                return f"{shown}, line {line}: {len(row)} cells, the header has {len(layout.names)} columns"
+            if line in remarks:
+                continue
+            # Behind the last column that is read cells may be missing, as remarks of LabVIEW are.
+            if len(without_empty_end(row)) > len(layout.names) or len(row) <= max(used, default=0):
+                cure = MARKS if layout.delimiter == "," and len(row) > len(layout.names) else ""
+                return f"{shown}, line {line}: {len(row)} cells, the header has {len(layout.names)} columns{cure}"
             for place, column in used.items():
                 try:
-                    _number(row[place], layout.decimal)
+                    number_of(row[place], layout.decimal)
                 except ValueError:
                     # A quoted cell may hold anything: its beginning, on one line.
                     return f"{shown}, line {line}, column {column.name.strip()}: {row[place].strip()[:SHOWN_CHARACTERS]!r} is not a number"
@@ -420,7 +442,7 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     for role, column in columns.items():
         series = frame.iloc[:, column.place]
         if role == "t_s" and not pandas.api.types.is_numeric_dtype(series):
-            values[role], instants = _seconds(shown, column.name, series.to_numpy()), True
+            values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
         elif (numbers := _numbers(series)) is not None:
             values[role] = numbers
         elif wishes.only_aids or not column.aids:
