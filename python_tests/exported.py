@@ -87,6 +87,17 @@ def milliseconds(instant: datetime.datetime, form: str) -> str:
     return instant.strftime(form) + f"{instant.microsecond // 1000:03d}"
 
 
+def headed(folder: Path, r: Recording, header: str, rate: float = DEG, force: float = 1 / G, field: float = 1e6) -> Path:
+    """Of a header in which three columns stand for {axis} and {number}; columns without either hold ones."""
+    values, names, arrays = iter(columns(r, rate, force, field)), [], []
+    for name in header.split("|"):
+        for axis, number in zip("XYZ", "123") if "{" in name else [("", "")]:
+            names.append(name.format(axis=axis, number=number))
+            beside = "{" not in name or name.startswith("*")
+            arrays.append(r.t_s if not arrays else np.ones_like(r.t_s) if beside else next(values))
+    return save(folder, [name.lstrip("*") for name in names], ([f"{v:.7g}" for v in row] for row in zip(*arrays)), ";")
+
+
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "german instants": partial(timed, name="Zeitstempel", time=partial(milliseconds, form="%d.%m.%Y %H:%M:%S,"), mark=";"),
     "american instants": partial(timed, name="Timestamp", time=lambda t: t.strftime("%m/%d/%Y %I:%M:%S.%f %p")),
@@ -110,11 +121,24 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "header again": partial(with_lines, lines={700: ""}),
     "cut off, and zeros": partial(with_lines, lines={}, end="15000.0,1.5,0.2,-" + 4096 * "\0"),
     "long preamble": preamble,
+    "german, units behind in": partial(headed, header="Zeit in s|Drehrate_{axis} in °/s|Beschl_{axis} in g|Mag_{axis} in µT"),
+    "Gauß": partial(headed, header="Zeit [s]|Gyro {axis} [Grad/s]|Acc {axis} [g]|Mag {axis} [Gauß]", field=1e4),
+    "units in words": partial(
+        headed, header="time in seconds|gyro {axis} in degrees per second|acceleration {axis} in milli-g|mag {axis} in nanotesla", force=1e3 / G, field=1e9,
+    ),
+    "italian": partial(headed, header="Tempo (s)|Velocità angolare {axis} (°/s)|Accelerazione {axis} (g)|Campo magnetico {axis} (µT)"),
+    "LPMS": partial(
+        headed,
+        header="TimeStamp (s)|*LinAcc{axis} (g)|*Euler{axis} (deg)|Gyro{axis} (deg/s)|Acc{axis} (g)|Mag{axis} (uT)|QuatW|*Quat{axis}|Pressure (kPa)",
+    ),
+    "WitMotion": partial(headed, header="Time(s)|As{axis}(°/s)|Acc{axis}(g)|H{axis}(uT)|*Angle{axis}(°)"),
+    "numbered from 1": partial(headed, header="t|gyro_{number}|acc_{number}|mag_{number}", rate=1, force=1),
 }  # fmt: skip
 """What writes a file of each shape."""
 FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "decimal commas between commas": ("refused", partial(spelled, cell=lambda v: f"{v:.6f}".replace(".", ","))),
     "a cell more than the header": ("refused", unnamed),
+    "angles alone": ("refused", partial(headed, header="Time (s)|Orientation {axis} (deg)|Acc {axis} (g)|Mag {axis} (uT)")),
     "seconds of four digits": ("refused", partial(timed, name="Time", time=lambda t: "1,77E+12", mark=";")),
 }  # fmt: skip
 """By shape: the verdict, and what writes it."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
-from hnav.io.readers.unit_names import is_counts, may_be_unit, spelled_unit
+from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
@@ -23,9 +23,9 @@ def _words(text: str) -> frozenset[str]:
 
 STEMS = {
     "gyro": "g w gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
-    "gyroskop drehrate giroscopio vitesseangulaire",
+    "gyroskop drehrate winkelgeschwindigkeit giroscopio vitesseangulaire velocitaangolare velocidadangular",
     "accel": "a ac acc accl accel accsmooth accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
-    "beschleunigung aceleracion accelerazione",
+    "beschleunigung beschl aceleracion accelerazione",
     "mag": "m mag magadc magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
 }
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
@@ -38,7 +38,9 @@ FILLERS = _words(
     "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
 # Of an accelerometer of wide range beside one of low noise (Shimmer), the one of low noise.
-WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2}
+WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2, "lin": 2}
+BY_UNIT_ALONE = 3
+"""The rank of a column of which only the unit says what it is."""
 
 LONGEST_NAME = 150
 """Characters: what is longer is no name, and looking for words in it takes a time that grows with its cube."""
@@ -123,6 +125,8 @@ def _split(text: str) -> tuple[str, str, str | None]:
         return match.group(1), "", "xyz"[int(match.group(2))]
     if match := re.fullmatch(r"([^(\[]*?)\s*[\(\[](.*)[\)\]]\s*", text):
         return match.group(1), match.group(2), None
+    if match := re.fullmatch(r"(.*\S)\s+in\s+(\S.*)", text):
+        return match.group(1), match.group(2), None
     return text, "", None
 
 
@@ -152,6 +156,9 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
         return None
     after, counts = _without_counts(after)
     found, stated = _sensor_of(_bare(before), sensor)
+    rank = sum(WORSE.get(token, 0) for token in before)
+    if found is None:
+        found, rank = only_sensor_of(unit), BY_UNIT_ALONE
     if found is None:
         return None
     spelled = _first_spelled(found, unit, "".join(after), stated)
@@ -159,7 +166,7 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
         return None
     strange = "" if spelled else _strange_unit([unit, *counts])
     # Linear is without gravity of a phone; of ROS it is the whole.
-    rank = sum(WORSE.get(token, 0) for token in before) - including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
+    rank += -including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
     sign = -1.0 if [*before] == OF_APPLE else 1.0
     return Column(found[0] + axis, name, place, spelled, rank, sign, strange)
 
@@ -195,7 +202,7 @@ def _without_gravity_said(tokens: list[str]) -> tuple[list[str], bool]:
 def _bare(tokens: list[str]) -> list[str]:
     """The words that may name a sensor: imu0_gyro is gyro."""
     unnumbered = (token.rstrip("0123456789") if len(token) > 2 else token for token in tokens)
-    return [token for token in unnumbered if token and token not in FILLERS and token != "linear"]
+    return [token for token in unnumbered if token and token not in FILLERS and token not in ("linear", "lin")]
 
 
 def _around_axis(tokens: list[str]) -> tuple[list[str], str | None, list[str]]:
@@ -227,7 +234,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
 
     shown: what messages call the place of the names.
     """
-    found = _candidates(names, names, sensor)
+    found = _candidates(names, _with_axes(names), sensor)
     if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
         found = max(found, _candidates(names, short, sensor), key=len)
     chosen: dict[str, Column] = {}
@@ -255,6 +262,20 @@ def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -
         if name.strip() and (column := column_of(text, place, sensor)):
             found.setdefault(column.role, []).append(replace(column, name=name))
     return found
+
+
+def _with_axes(names: Sequence[str]) -> Sequence[str]:
+    """gyro_1, gyro_2 and gyro_3 of MATLAB, or gyro0 to gyro2, as gyro_x, gyro_y and gyro_z."""
+    numbered: dict[tuple[str, str], dict[int, int]] = {}
+    for place, name in enumerate(names):
+        if match := re.fullmatch(r"(.*[A-Za-z])[ _.]?([0-3])(\W.*)?", name.strip()):
+            numbered.setdefault((match.group(1), match.group(3) or ""), {})[int(match.group(2))] = place
+    read = list(names)
+    for (stem, unit), places in numbered.items():
+        if sorted(places) in ([0, 1, 2], [1, 2, 3]):
+            for axis, number in zip("xyz", sorted(places)):
+                read[places[number]] = f"{stem}_{axis}{unit}"
+    return read
 
 
 def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:

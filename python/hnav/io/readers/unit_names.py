@@ -12,11 +12,14 @@ MINUS = dict.fromkeys("−‐‑–", "-")
 SYMBOLS = str.maketrans({**DEGREES, **MINUS, "μ": "u", "ʯ": "u", "µ": "u", "⁄": "/", "∕": "/", "⋅": "", "·": ""})
 LEFT_AWAY = str.maketrans(dict.fromkeys(" ^*_()[]{}.\"'", ""))
 WORDS = (
-    (re.compile(r"squared|quadrat"), "2"), (re.compile(r"micro"), "u"), (re.compile(r"milli(?!s)"), "m"), (re.compile(r"nano(?!s)"), "n"),
+    (re.compile(r"squared|quadrat"), "2"), (re.compile(r"micro-?"), "u"), (re.compile(r"milli-?(?!s)"), "m"), (re.compile(r"nano-?(?!s)"), "n"),
     (re.compile(r"met(?:er|re)s?"), "m"), (re.compile(r"seconds?|secs?|sek"), "s"), (re.compile(r"minutes?"), "min"),
     (re.compile(r"hours?|hrs?"), "h"), (re.compile(r"radians?"), "rad"), (re.compile(r"degrees?|degs(?=/)|grados?|gradi|graden|grad"), "deg"),
     (re.compile(r"revolutions?|rotations?|turns?|umdrehungen"), "rev"), (re.compile(r"teslas?"), "t"), (re.compile(r"per|pro"), "/"),
 )  # fmt: skip
+
+
+PER_TIME = re.compile(r"/|per|s *\^?[-−⁻]|dps|rpm")
 
 
 def _of_rate(*bases: str) -> str:
@@ -59,7 +62,7 @@ COUNTS = {
 
 def spelled_unit(quantity: str, text: str) -> str | None:
     """The unit of gyro, accel, mag or time that a text names, if it does."""
-    squeezed = unicodedata.normalize("NFKC", text.translate(SYMBOLS)).translate(SYMBOLS).lower().translate(LEFT_AWAY)
+    squeezed = unicodedata.normalize("NFKC", text.translate(SYMBOLS)).translate(SYMBOLS).casefold().translate(LEFT_AWAY)
     if found := SPELLED[quantity].get(squeezed):
         return found
     for pattern, short in WORDS:
@@ -76,6 +79,12 @@ def asked_unit(quantity: str, text: str) -> str | None:
     if spelled is None or (match and float(match.group(2) or 1) == 0):
         return None
     return f"{match.group(1)}{'/' + match.group(2) if match.group(2) else ''} {spelled}" if match else spelled
+
+
+def only_sensor_of(text: str) -> str | None:
+    """The sensor whose unit a text names and no other's: deg/s is of a gyroscope, but deg may be an angle, and G is g or gauss."""
+    found = [sensor for sensor in ("gyro", "accel", "mag") if spelled_unit(sensor, text)]
+    return found[0] if len(found) == 1 and (found != ["gyro"] or PER_TIME.search(text.lower())) else None
 
 
 def is_unit(text: str) -> bool:
