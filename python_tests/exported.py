@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import zipfile
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
@@ -98,6 +99,47 @@ def headed(folder: Path, r: Recording, header: str, rate: float = DEG, force: fl
     return save(folder, [name.lstrip("*") for name in names], ([f"{v:.7g}" for v in row] for row in zip(*arrays)), ";")
 
 
+def own_times(folder: Path, r: Recording, names: tuple[str, str, str], step: int = 5) -> Path:
+    """A column of times before each sensor, which has rows of its own from the top of the table on."""
+    parts = []
+    for sensor, name in enumerate(names):
+        every = step if sensor == 2 else 1
+        times, rows = r.t_s[::every] + 0.001 * sensor, cells_of(r)[::every]
+        part = [[f"{t:.3f}", *row[3 * sensor : 3 * sensor + 3]] for t, row in zip(times, rows)]
+        parts.append([[name, *SENSORS[3 * sensor : 3 * sensor + 3]], *part, *([""] * 4 for _ in range(len(r.t_s) - len(part)))])
+    head, *body = ([cell for cells in row for cell in cells] for row in zip(*parts))
+    return save(folder, head, body)
+
+
+def folder_of(
+    folder: Path, r: Recording, sensors: dict[str, tuple[int, ...]], names: list[str] = SENSORS, packed: str = ""
+) -> Path:
+    """A table for each name, of these sensors, the field at a fifth of the rate; as a zip with a folder in it where packed names one."""
+    inner = folder / "walk"
+    inner.mkdir()
+    for name, which in sensors.items():
+        every = 5 if which == (2,) else 1
+        rows = (
+            [f"{t:.3f}", *(row[3 * s + i] for s in which for i in range(3))]
+            for t, row in zip(r.t_s[::every], cells_of(r)[::every])
+        )
+        save(inner, ["t_s", *(names[3 * s + i] for s in which for i in range(3))], rows).rename(inner / f"{name}.csv")
+    if not packed:
+        return inner
+    with zipfile.ZipFile(folder / "walk.zip", "w") as archive:
+        for file in inner.iterdir():
+            archive.write(file, f"{packed}/{file.name}")
+    return folder / "walk.zip"
+
+
+def workbook(folder: Path, r: Recording) -> Path:
+    with zipfile.ZipFile(folder / "walk.xlsx", "w") as archive:
+        archive.writestr("xl/worksheets/sheet1.xml", "<worksheet/>")
+    return folder / "walk.xlsx"
+
+
+AXES_ALONE = [f"{axis} ({unit})" for unit in ("dps", "g", "uT") for axis in "XYZ"]
+"""As in a file whose name is that of the sensor."""
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "german instants": partial(timed, name="Zeitstempel", time=partial(milliseconds, form="%d.%m.%Y %H:%M:%S,"), mark=";"),
     "american instants": partial(timed, name="Timestamp", time=lambda t: t.strftime("%m/%d/%Y %I:%M:%S.%f %p")),
@@ -132,12 +174,20 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
         header="TimeStamp (s)|*LinAcc{axis} (g)|*Euler{axis} (deg)|Gyro{axis} (deg/s)|Acc{axis} (g)|Mag{axis} (uT)|QuatW|*Quat{axis}|Pressure (kPa)",
     ),
     "WitMotion": partial(headed, header="Time(s)|As{axis}(°/s)|Acc{axis}(g)|H{axis}(uT)|*Angle{axis}(°)"),
+    "times of one name": partial(own_times, names=("Time (s)", "Time (s)", "Time (s)")),
+    "times called after sensors": partial(own_times, names=("gyro_time", "acc_time", "mag_time")),
+    "field in a file of its own": partial(folder_of, sensors={"imu": (0, 1), "mag": (2,)}),
+    "a file for each sensor": partial(folder_of, sensors={"walk_gyr": (0,), "walk_acc": (1,), "walk_mag": (2,)}, names=AXES_ALONE),
+    "zip of files": partial(folder_of, sensors={"Gyroskop": (0,), "Beschleunigung": (1,), "Magnetfeld": (2,)}, names=AXES_ALONE, packed="walk"),
+    "zip of a table": partial(folder_of, sensors={"walk": (0, 1, 2)}, packed="logs"),
     "numbered from 1": partial(headed, header="t|gyro_{number}|acc_{number}|mag_{number}", rate=1, force=1),
 }  # fmt: skip
 """What writes a file of each shape."""
 FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "decimal commas between commas": ("refused", partial(spelled, cell=lambda v: f"{v:.6f}".replace(".", ","))),
     "a cell more than the header": ("refused", unnamed),
+    "workbook": ("refused", workbook),
+    "field and force alone": ("refused", partial(folder_of, sensors={"acc": (1,), "mag": (2,)})),
     "angles alone": ("refused", partial(headed, header="Time (s)|Orientation {axis} (deg)|Acc {axis} (g)|Mag {axis} (uT)")),
     "seconds of four digits": ("refused", partial(timed, name="Time", time=lambda t: "1,77E+12", mark=";")),
 }  # fmt: skip

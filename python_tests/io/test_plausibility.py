@@ -227,3 +227,10 @@ def test_a_check_of_60000_rows_changes_nothing_and_takes_no_time():
     many.check()
     assert time.process_time() - begin < 1.5  # 0.3 s on a machine that does nothing else
     np.testing.assert_array_equal(many.force_b_m_s2, before)
+
+
+def test_a_field_that_is_packed_at_the_top_of_its_column_is_named(held):
+    packed = np.full_like(held.field_b_tesla, np.nan)
+    few = held.field_b_tesla[np.isfinite(held.field_b_tesla).all(axis=1)][::5]
+    packed[: len(few)] = few
+    assert "mag ends_early" in alarms(replace(held, field_b_tesla=packed))

@@ -30,8 +30,8 @@ class Finding:
     level: str
     """error, warning or note."""
     code: str
-    """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, saturated, repeated, absent or
-    not_testable."""
+    """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
+    absent or not_testable."""
     sensor: str
     """gyro, accel, mag or time; position or velocity of what aids navigation."""
     message: str

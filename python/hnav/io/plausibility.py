@@ -36,6 +36,7 @@ INTERVAL_S = (1e-4, 0.25)  # between samples
 USUAL_INTERVAL_S = (4e-4, 0.11)
 FASTEST_RAD_S = 50.0  # no gyroscope of a body reads more for a thousandth of the time
 GAP_S = 1.0  # and ten usual intervals
+ENDS_EARLY = 0.2  # of the recording, in which a sensor has no more samples
 CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor ends below
 NOTHING = "see whether its columns are the right ones; leave out a magnetometer that was off"
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
@@ -57,7 +58,7 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     dead = {finding.sensor for finding in found if finding.code in ("no_samples", "all_zero", "absent")}
     live = {sensor: kept for sensor, kept in samples.items() if sensor not in dead and len(kept[0]) >= ENOUGH}
     found += _time(recording, live)
-    found += _gaps(live)
+    found += _gaps(recording, live)
     found += _strengths(recording, live)
     found += _clipped(live)
     found += _repeated(recording, live)
@@ -234,10 +235,17 @@ def _field(recording: Recording, median: float) -> Iterator[Finding]:
 # --------------------------------------------------------------------------------------------- samples
 
 
-def _gaps(live: Samples) -> Iterator[Finding]:
+def _gaps(recording: Recording, live: Samples) -> Iterator[Finding]:
     for sensor, (t_s, _) in live.items():
-        steps_s = np.diff(t_s)
-        gaps = steps_s > max(GAP_S, 10 * float(np.median(steps_s)))
+        usual_s, steps_s = float(np.median(np.diff(t_s))), np.diff(t_s)
+        if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), GAP_S, 10 * usual_s):
+            yield warning(
+                "ends_early",
+                sensor,
+                f"its samples end at {t_s[-1]:.10g} s, the recording at {recording.t_s[-1]:.10g} s",
+                advice="look at the logger; samples packed at the top of a table need times of their own",
+            )
+        gaps = steps_s > max(GAP_S, 10 * usual_s)
         if gaps.any():
             longest = int(np.argmax(steps_s))
             count = "a gap" if gaps.sum() == 1 else f"{gaps.sum()} gaps, the longest"

@@ -61,6 +61,12 @@ TIME_FILLERS = _words(
 )
 
 
+OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
+"""Roles of the times of one sensor, in a table whose sensors have their own."""
+OF_A_SENSOR = 3
+"""The rank of times that are called after a sensor."""
+
+
 @dataclass(frozen=True)
 class Column:
     """What stands in a column."""
@@ -134,10 +140,12 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
     rest, stated = _without_unit(tokens)
     found = spelled_unit("time", unit) or stated
     named = [token for token in rest if token not in TIME_FILLERS]
+    of_sensor = len(named) > 1 and len(named[0]) > 2 and named[0] in SENSOR_OF
+    named = named[1:] if of_sensor else named
     if not (tokens and (rest or found) and TIME_STEMS.issuperset(named)):
         return None
     # A date alone is no time where there is a time beside it.
-    return Column("t_s", name, place, found, rank=0 if found else 2 if named == ["date"] else 1)
+    return Column("t_s", name, place, found, rank=OF_A_SENSOR if of_sensor else 0 if found else 2 if named == ["date"] else 1)
 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
@@ -249,10 +257,24 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
                 "columns",
             )
         chosen[role] = twins[0]
+    chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", []))
     for role, name in given.items():
         if role in CSV_COLUMNS or role in ROLES:
             chosen[role] = _named(names, role, name, shown)
     return chosen
+
+
+def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
+    """The times that stand before each sensor, where several columns of times are called alike or after sensors."""
+    first, found = chosen.get("t_s"), {}
+    alike = [
+        c for c in times if first and c.rank == first.rank and (c.rank == OF_A_SENSOR or c.name.strip() == first.name.strip())
+    ]
+    for sensor, role in OWN_TIMES.items():
+        if len(alike) > 1 and (samples := chosen.get(f"{sensor[0]}x")):
+            before = [column for column in alike if column.place < samples.place]
+            found[role] = replace((before or alike)[-1 if before else 0], role=role)
+    return found
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:

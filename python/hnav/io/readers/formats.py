@@ -9,7 +9,7 @@ from pathlib import Path
 from hnav.io.readers.broad import is_broad, read_broad
 from hnav.io.readers.flight_logs import is_ardupilot, is_betaflight, read_ardupilot, read_betaflight
 from hnav.io.readers.nmea import is_nmea, read_nmea
-from hnav.io.readers.packed import read_only_one, tables_in, unpacked, unpacker_of, what_it_is
+from hnav.io.readers.packed import ZIP_MAGIC, read_folder, tables_in, unpacked, unpacker_of, unzipped, what_it_is
 from hnav.io.readers.phones import is_phone_export, read_phone
 from hnav.io.readers.receivers import is_gpx, is_ubx, read_gpx, read_ubx
 from hnav.io.readers.records import is_json, is_npz, read_json, read_npz
@@ -80,5 +80,7 @@ def reader_of(path: Path, format: str | None) -> Reader:
         if known.recognises(path, head):
             return known.read
     if path.is_dir() and (files := tables_in(path)):
-        return lambda path, wishes: read_only_one(path, files, lambda file: reader_of(file, None)(file, wishes))
+        return lambda path, wishes: read_folder(path, files, lambda file: reader_of(file, None)(file, wishes), wishes)
+    if head.startswith(ZIP_MAGIC):
+        return lambda path, wishes: unzipped(path, lambda inner: reader_of(inner, None)(inner, wishes))
     raise RecordingError(f"{path}: {what_it_is(path, head)}no format that hnav knows ({', '.join(FORMATS)})")

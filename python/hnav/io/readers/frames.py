@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import aids_in
-from hnav.io.readers.columns import column_of
+from hnav.io.readers.columns import QUANTITY_OF, column_of
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, raw_of, stream_of, table_of, times_of
 from hnav.io.recordings import ARRAYS, RecordingError, Unit
@@ -24,27 +24,38 @@ SHOWN = 20
 def raw_of_frames(
     shown: str, frames: Mapping[str, pd.DataFrame], wishes: Wishes, format: str, by_format: Mapping[str, str] | None = None
 ) -> Raw:
-    """One table that has all, else the best table of each sensor, by its columns or its name. Raises RecordingError."""
-    by_format = by_format or {}
+    """As raw_of_tables, of data frames. Raises RecordingError."""
     frames = {name: frame for name, frame in frames.items() if len(frame)}
     tables = {name: table for name, frame in frames.items() if (table := _table(shown, name, frame, wishes))}
+    return raw_of_tables(shown, tables, {name: list(frame.columns) for name, frame in frames.items()}, wishes, format, by_format)
+
+
+def raw_of_tables(
+    shown: str,
+    tables: Mapping[str, Table],
+    there: Mapping[str, Sequence[object]],
+    wishes: Wishes,
+    format: str,
+    by_format: Mapping[str, str] | None = None,
+) -> Raw:
+    """One table that has all, else the best table of each sensor, by its columns or its name. there: the names of the columns of every
+    table, also of those without a sensor. Raises RecordingError."""
+    by_format = by_format or {}
     whole = max(tables.values(), key=lambda table: len(table.columns), default=None)
-    if whole is not None and (len(frames) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:
+    if whole is not None and (len(there) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:
         lonely = len(tables) == 1 or "mx" in whole.columns
         raw = raw_of(shown, whole, wishes, by_format, format)
         return raw if lonely else _with_more(raw, shown, tables, wishes, by_format)
     raw = _with_more(Raw(format, [], Unit("s", "by format")), shown, tables, wishes, by_format)
     if not wishes.only_aids:
-        _refuse_missing(shown, frames, {stream.sensor for stream in raw.streams})
+        _refuse_missing(shown, there, {stream.sensor for stream in raw.streams})
     return raw
 
 
-def _refuse_missing(shown: str, frames: Mapping[str, pd.DataFrame], found: set[str]) -> None:
+def _refuse_missing(shown: str, tables: Mapping[str, Sequence[object]], found: set[str]) -> None:
     """Raises RecordingError, with the tables and columns that there are, where gyroscope or accelerometer are not."""
     if missing := [sensor for sensor in ("gyro", "accel") if sensor not in found]:
-        there = ", ".join(
-            f"{name} ({', '.join(map(str, list(frame.columns)[:8]))})" for name, frame in list(frames.items())[:SHOWN]
-        )
+        there = ", ".join(f"{name} ({', '.join(map(str, names[:8]))})" for name, names in list(tables.items())[:SHOWN])
         raise RecordingError(f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {CURE}")
 
 
@@ -53,9 +64,7 @@ CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz,
 
 def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes) -> Table | None:
     """The table, if it has a column that is known; its axes may be called x, y and z, where its name is that of a sensor."""
-    named = column_of(f"{name}_x", 0)
-    sensor = {"g": "gyro", "a": "accel", "m": "mag"}[named.role[0]] if named is not None and named.role[1:] == "x" else None
-    if sensor is not None:
+    if sensor_named(name) is not None:
         # accelerometer: x, y, z and accel_x, accel_y, accel_z are both usual.
         plain = {column: f"{name}_{column}" for column in frame.columns if str(column).lower() in ("x", "y", "z")}
         frame = frame.rename(columns=plain)
@@ -65,6 +74,12 @@ def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes) -> Table 
         if wishes.columns and not wishes.only_aids:
             raise
         return None
+
+
+def sensor_named(name: str) -> str | None:
+    """The sensor that a table of this name holds."""
+    column = column_of(f"{name}_x", 0)
+    return QUANTITY_OF[column.role[0]] if column is not None and column.role[1:] == "x" else None
 
 
 def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
@@ -91,6 +106,7 @@ def _count(table: Table, sensor: str) -> int:
 def _stream(
     shown: str, table: Table, sensor: str, wishes: Wishes, by_format: Mapping[str, str]
 ) -> tuple[Stream, Unit, tuple[str, ...]]:
+    table = table.of_sensor(sensor)
     t_s, unit, mended = times_of(shown, table, wishes, by_format)
     stream = stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor))
     present = ~np.isnan(stream.values).any(axis=1)

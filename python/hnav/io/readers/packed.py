@@ -1,25 +1,32 @@
-"""Files that are packed (.gz, .bz2, .xz), folders of which one file is a recording, and what a file that is none is."""
+"""Files that are packed (.gz, .bz2, .xz, .zip), folders of tables, and what a file that is no recording is."""
 
 from __future__ import annotations
 
 import bz2
+import contextlib
 import gzip
 import lzma
 import tempfile
+import zipfile
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from hnav.io.readers.streams import Raw
+from hnav.io.readers.frames import raw_of_tables, sensor_named
+from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.tables import Table, parse
 from hnav.io.recordings import RecordingError
 
 UNPACKERS: dict[bytes, Callable[..., Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open}
 LARGEST_BYTES = 1 << 32
+ZIP_MAGIC = b"PK\x03\x04"
+NO_ZIP = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, OSError, zlib.error)
 BLOCK_BYTES = 1 << 20
 MOST_FILES = 50
 KNOWN = (
+    (ZIP_MAGIC, "a zip; "),
     (b"\xd0\xcf\x11\xe0", "a workbook of Excel (.xls): save it as CSV; "), (b"%PDF", "a PDF: "), (b"\x89PNG", "a picture: "),
     (b"\xff\xd8\xff", "a picture: "), (b"\xfd\x09", "telemetry of MAVLink: give the log of the vehicle itself (.bin); "),
 )  # fmt: skip
@@ -63,22 +70,52 @@ def tables_in(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if file.is_file() and not file.name.startswith("."))[:MOST_FILES]
 
 
-def read_only_one(folder: Path, files: list[Path], read: Callable[[Path], Raw]) -> Raw:
-    """The one of the files that is a recording. Raises RecordingError where none is, or several are."""
-    found: dict[str, Raw] = {}
-    for file in files:
+def unzipped(path: Path, read: Callable[[Path], Raw]) -> Raw:
+    """What is in a zip, as in a folder; a single file as that file. Raises RecordingError."""
+    with tempfile.TemporaryDirectory(prefix="hnav_") as name:
+        folder = Path(name)
         try:
+            with zipfile.ZipFile(path) as archive:
+                members = [member for member in archive.infolist() if not member.is_dir() and "__MACOSX" not in member.filename]
+                if any(member.filename.startswith("xl/") for member in members):
+                    raise RecordingError(f"{path}: a workbook of Excel (.xlsx): save it as CSV")
+                if sum(member.file_size for member in members) > LARGEST_BYTES:
+                    raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
+                for member in members:
+                    (folder / Path(member.filename).name).write_bytes(archive.read(member))
+        except NO_ZIP as error:
+            raise RecordingError(
+                f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}"
+            ) from None
+        files = tables_in(folder)
+        try:
+            return read(files[0] if len(files) == 1 else folder)
+        except RecordingError as error:
+            raise RecordingError(str(error).replace(str(folder), str(path)), error.argument) from None
+
+
+def read_folder(folder: Path, files: list[Path], read: Callable[[Path], Raw], wishes: Wishes) -> Raw:
+    """The one of the files that is a recording, with the sensors of its other tables; else each sensor of the table that has it. Raises
+    RecordingError where several are recordings, or none has the sensors."""
+    found: dict[str, Raw] = {}
+    tables: dict[str, Table] = {}
+    for file in files:
+        with contextlib.suppress(RecordingError):
+            tables[file.stem] = parse(str(file), file.read_bytes(), wishes, sensor_named(file.stem))
+        with contextlib.suppress(RecordingError):
             found[file.name] = read(file)
-        except RecordingError:
-            continue
     if len(found) > 1:
         raise RecordingError(f"{folder}: {', '.join(found)} are recordings: give one of them")
-    if not found:
+    if not tables and not found:
         raise RecordingError(
             f"{folder}: none of {', '.join(file.name for file in files[:8])} is a recording: give the file itself"
         )
-    name, raw = next(iter(found.items()))
-    return replace(raw, notes=(*raw.notes, f"read {name}"))
+    only = next(iter(found), "")
+    if only and (len(tables) == 1 or Path(only).stem not in tables):
+        return replace(found[only], notes=(*found[only].notes, f"read {only}"))
+    there = {name: [column.strip() for column in table.layout.names] for name, table in tables.items()}
+    raw = raw_of_tables(str(folder), tables, there, wishes, "folder")
+    return replace(raw, notes=(*raw.notes, f"read {', '.join(tables)}"))
 
 
 def what_it_is(path: Path, head: bytes) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import csv
 import io
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -20,11 +19,11 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import aids_in
+from hnav.io.readers.packed import LARGEST_BYTES, NO_ZIP, ZIP_MAGIC
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, parse, raw_of, stream_of, times_of
 from hnav.io.recordings import RecordingError, Unit
 
-ZIP_MAGIC = b"PK\x03\x04"
 # What one of these apps calls the files of a sensor, best first; small letters, without blanks.
 FILES = {
     "gyro": ("gyroscope", "gyro", "gyroscopeuncalibrated"),
@@ -36,14 +35,20 @@ FILES = {
 WITHIN = {"gyro": "gyroscope", "accel": "accelerometer", "mag": "magnetometer"}
 AID_FILES = (("location", "gps"), ("barometer", "pressure"))
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
-LARGEST_BYTES = 1 << 31
 
 
 def is_phone_export(path: Path, head: bytes) -> bool:
-    """Whether a folder, or a zip, holds a CSV of a sensor."""
-    if path.is_dir():
-        return any(_sensor_of(p.name) for p in path.glob("*.csv"))
-    return head.startswith(ZIP_MAGIC)
+    """Whether a folder, or a zip, holds a CSV of a gyroscope and of an accelerometer."""
+    try:
+        names = [p.name for p in path.glob("*.csv")] if path.is_dir() else _members(path) if head.startswith(ZIP_MAGIC) else []
+    except NO_ZIP:
+        return False
+    return {_sensor_of(name) for name in names} >= {"gyro", "accel"}
+
+
+def _members(path: Path) -> list[str]:
+    with zipfile.ZipFile(path) as archive:
+        return [name for name in archive.namelist() if name.lower().endswith(".csv")]
 
 
 def read_phone(path: Path, wishes: Wishes) -> Raw:
@@ -166,7 +171,5 @@ def _files(path: Path) -> dict[str, bytes]:
             if sum(m.file_size for m in members) > LARGEST_BYTES:
                 raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
             return {_stem(m.filename): archive.read(m) for m in members}
-    except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, ValueError, OSError, zlib.error) as error:
-        if isinstance(error, RecordingError):
-            raise
+    except NO_ZIP as error:
         raise RecordingError(f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None

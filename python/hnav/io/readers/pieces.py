@@ -44,7 +44,7 @@ PIECE = 2**17
 SHORTEST_ROW = 14  # characters of seven numbers
 BLOCK_BYTES = 2**20
 # What is no finding about a recording unless it is one about every piece of it.
-OF_THE_WHOLE = ("no_samples", "all_zero", "constant", "absent", "not_testable")
+OF_THE_WHOLE = ("no_samples", "all_zero", "constant", "ends_early", "absent", "not_testable")
 
 
 class _NotPlain(Exception):

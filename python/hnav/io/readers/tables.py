@@ -19,7 +19,7 @@ import numpy as np
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.cells import BLANKS, MISSING, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import Column, columns_of, with_unit
+from hnav.io.readers.columns import OWN_TIMES, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, library
@@ -64,7 +64,12 @@ class Plan:
 
     def kind(self, place: int) -> type:
         """What the cells of a column are."""
-        return str if self.instants and place == self.columns["t_s"].place else float
+        return str if self.instants and place in [column.place for column in self.times] else float
+
+    @property
+    def times(self) -> list[Column]:
+        """The columns of times."""
+        return [self.columns[role] for role in ("t_s", *OWN_TIMES.values()) if role in self.columns]
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,14 @@ class Table:
     notes: tuple[str, ...] = ()
     """What was left out."""
 
+    def of_sensor(self, sensor: str) -> Table:
+        """The rows of a sensor, where it has times of its own; else all."""
+        if (role := OWN_TIMES[sensor]) not in self.columns:
+            return self
+        kept = np.isfinite(self.values[role])
+        values = {name: column[kept] for name, column in self.values.items()}
+        return replace(self, columns={**self.columns, "t_s": self.columns[role]}, values={**values, "t_s": values[role]})
+
 
 def read_table(path: Path, wishes: Wishes) -> Raw:
     """One table with all sensors. Raises RecordingError."""
@@ -91,9 +104,10 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     """The streams of a table whose rows hold all sensors. Raises RecordingError."""
     house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
     by_format = by_format or {}
-    t_s, time_unit, notes = times_of(shown, table, wishes, by_format)
+    timed = table.of_sensor("gyro")
+    t_s, time_unit, notes = times_of(shown, timed, wishes, by_format)
     streams: list[Stream] = []
-    aids = aids_in(table.columns, table.values, t_s)
+    aids = aids_in(timed.columns, timed.values, t_s)
     if wishes.only_aids:
         return Raw(name or "table", streams, time_unit, aids=aids)
     for sensor in ARRAYS:
@@ -102,7 +116,11 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
             if sensor == "mag":
                 continue
             raise RecordingError(missing_column(shown, table, *roles))
-        streams.append(stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor)))
+        own = table.of_sensor(sensor)
+        if own is not table:
+            t_s, _, more = times_of(shown, own, wishes, by_format)
+            notes = (*notes, *(note for note in more if note not in notes))
+        streams.append(stream_of(shown, own, sensor, t_s, wishes, by_format.get(sensor)))
     return Raw(name or ("csv" if house else "table"), streams, time_unit, (*table.notes, *notes), aids=aids)
 
 
@@ -259,8 +277,8 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
 def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
     """The table that rows are, read by its plan. Raises RecordingError for times that are none."""
     values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
-    if plan.instants:
-        values["t_s"] = seconds_of(at_header(shown, plan.layout), plan.columns["t_s"].name, values["t_s"])
+    for column in plan.times if plan.instants else ():
+        values[column.role] = seconds_of(at_header(shown, plan.layout), column.name, values[column.role])
     return Table(plan.columns, values, plan.layout, plan.instants)
 
 
@@ -399,8 +417,8 @@ def _is_instant(text: str, layout: Layout, place: int) -> bool:
 def fault_of(shown: str, lines: Iterable[str], plan: Plan, remarks: Container[int] = ()) -> str | None:
     """The first fault of a table that the fast reader did not digest, found line by line. remarks: lines that are no rows."""
     layout, used = plan.layout, {column.place: column for column in plan.columns.values()}
-    if plan.instants:
-        del used[plan.columns["t_s"].place]
+    for column in plan.times if plan.instants else ():
+        used.pop(column.place, None)
     try:
         for line, row in rows_of(lines, layout):
             if line in remarks:
@@ -441,7 +459,7 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     instants = False
     for role, column in columns.items():
         series = frame.iloc[:, column.place]
-        if role == "t_s" and not pandas.api.types.is_numeric_dtype(series):
+        if role in ("t_s", *OWN_TIMES.values()) and not pandas.api.types.is_numeric_dtype(series):
             values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
         elif (numbers := _numbers(series)) is not None:
             values[role] = numbers
