@@ -96,7 +96,7 @@ def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--place-and-date", "48,11"], "write LAT,LON,HEIGHT,YEAR"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),
-    (["score", "nowhere"], "nowhere"),
+    (["compare", "nowhere", "--filter", "ahrs"], "nowhere"),
     (["options", "--filter", "magic"], "magic: choose one of"),
 ])  # fmt: skip
 def test_what_cannot_be_done_is_one_line_and_exit_code_2(flight, tmp_path, arguments, named):
@@ -135,10 +135,10 @@ def test_version_names_package_and_library():
     assert hnav_process("--version").stdout.startswith(f"hnav {__version__}, library {__version__}")
 
 
-def test_score_prints_all_trials_and_writes_json(broad_trials, tmp_path):
+def test_compare_with_a_filter_prints_all_trials_and_writes_json(broad_trials, tmp_path):
     folder = next(iter(broad_trials.values())).parent
     out = tmp_path / "scores.json"
-    done = hnav("score", folder, "--set", "solver=closed_form", "--json", out)
+    done = hnav("compare", folder, "--filter", "ahrs", "--set", "solver=closed_form", "--json", out)
     assert done.returncode == 0, done.stderr
     figures = json.loads(out.read_text())
     assert len(figures["trials"]) == len(broad_trials)

@@ -42,7 +42,7 @@ def file(rests, tmp_path_factory):
 def test_the_rests_are_found(rests):
     found = rests_of(rests)
     begins = np.arange(RESTS) * (REST_S + TURN_S)
-    assert len(found.t_s) == RESTS and len(found.turns) == RESTS - 1
+    assert len(found.t_s) == RESTS and len(found.after) == RESTS - 1
     ends = [*(begins[:-1] + REST_S), rests.t_s[-1]]  # the last turn is none
     # By whole windows of half a second; a turn begins so slowly that a part of it is still.
     assert (np.abs(found.t_s - np.stack([begins, ends], axis=1)) < 0.6).all()
@@ -85,13 +85,16 @@ def test_too_few_attitudes_are_refused_with_what_is_missing(rests):
         calibrate_sensors(sensor_of(np.random.default_rng(1)).record(t_s, attitude, np.random.default_rng(2)))
 
 
-def test_turns_about_one_axis_leave_the_gyroscope_open(sensor):
-    """Attitudes all over the sphere, but the record has gaps in all turns except those about z."""
-    rests = sensor.record(*rests_and_turns(np.random.default_rng(6)), np.random.default_rng(7))
-    moving = (rests.t_s % (REST_S + TURN_S) > REST_S + 1.5) & (rests.t_s % (REST_S + TURN_S) < REST_S + 2)
-    gaps = replace(rests, rate_b_rad_s=np.where(moving[:, None], np.nan, rests.rate_b_rad_s))
-    with pytest.raises(HnavError, match="the turns do not determine the gyroscope: turn it about"):
-        calibrate_sensors(gaps)
+@pytest.mark.parametrize(
+    ("kept", "text"),
+    [(0, "no turn between two rests is shorter than 30 s"), (1, "do not determine the gyroscope: turn it about")],
+)
+def test_turns_with_gaps_leave_the_gyroscope_open(rests, kept, text):
+    """Attitudes all over the sphere, and gaps in all turns but so many."""
+    number, within = np.divmod(rests.t_s, REST_S + TURN_S)
+    gap = (number >= kept) & (within > REST_S + 1.5) & (within < REST_S + 2)
+    with pytest.raises(HnavError, match=text):
+        calibrate_sensors(replace(rests, rate_b_rad_s=np.where(gap[:, None], np.nan, rests.rate_b_rad_s)))
 
 
 def test_the_direction_without_a_rest():

@@ -1,4 +1,4 @@
-"""The benchmark: peers in our conventions, figures that equal those of hnav score, nothing lost."""
+"""The benchmark: peers in our conventions, figures that equal those of hnav compare, nothing lost."""
 
 import csv
 import json
@@ -271,7 +271,7 @@ def test_bench_gives_the_figures_of_score(folder, tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     rows = list(csv.DictReader(out.open()))
     assert len(rows) == 2 * 2 * (len(DEFAULT_FILTERS) + 1) and not any(r["failure"] for r in rows)
-    assert hnav("score", folder, "--filter", "ahrs", "--json", scores).returncode == 0
+    assert hnav("compare", folder, "--filter", "ahrs", "--json", scores).returncode == 0
     figures = json.loads(scores.read_text())
     for trial in figures["trials"].values():
         (mine,) = [r for r in rows if (r["set"], r["filter"], r["trial"]) == ("BROAD", "ahrs", trial["name"])]

@@ -19,8 +19,7 @@ from hnav.cli.words import UsageError, answer
 COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
     "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
-    "score": "Scores a filter on all BROAD trials of a folder.",
-    "compare": "Errors of attitudes and places against a reference: clocks and frames aligned, absolute and relative, NEES.",
+    "compare": "Errors of attitudes and places against a reference, clocks and frames aligned; with --filter, of a filter on a folder of BROAD trials.",
     "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "noise": "Noise of a sensor at rest: Allan deviation, densities with their confidence, a sensor file.",
     "calibrate": "Calibrates a magnetometer of a turned device; with --sensor also accelerometer and gyroscope, by rests in many attitudes.",

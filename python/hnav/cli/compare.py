@@ -1,4 +1,5 @@
-"""hnav compare: errors of attitudes and places against a reference, clocks and frames aligned as far as it is asked for."""
+"""hnav compare: errors of attitudes and places against a reference, clocks and frames aligned as far as it is asked for; or of a filter on
+all trials of a folder."""
 
 from __future__ import annotations
 
@@ -13,6 +14,9 @@ from rich.table import Table
 
 from hnav.cli.completion import among
 from hnav.cli.console import say, show, working
+from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict
+from hnav.cli.words import UsageError
+from hnav.filters.options import FILTERS
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.trajectories import read_trajectory
 from hnav.reports.comparison import ALIGN, Comparison, compare
@@ -20,9 +24,14 @@ from hnav.reports.comparison import ALIGN, Comparison, compare
 
 def command(
     reference: Annotated[
-        Path, typer.Argument(help="What is taken for true: a table, a recording with a reference, TUM, EuRoC, KITTI")
+        Path,
+        typer.Argument(
+            help="What is taken for true: a table, a recording with a reference, TUM, EuRoC, KITTI; with --filter a folder of BROAD trials"
+        ),
     ],
-    others: Annotated[list[Path], typer.Argument(help="One or more files to compare with it, such as tables of hnav filter")],
+    others: Annotated[
+        list[Path] | None, typer.Argument(help="One or more files to compare with it, such as tables of hnav filter")
+    ] = None,
     align: Annotated[
         str,
         typer.Option(
@@ -36,7 +45,37 @@ def command(
     begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out so much of the begin of each file")] = 0.0,
     report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page with all of them over each other")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
+    filter: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Of a folder: ahrs or hrekf, over all of its trials", autocompletion=among(*FILTERS)),
+    ] = None,
+    engine: Engine = "c",
+    settings: Settings = None,
+    preset: Preset = "default",
+    crop: Annotated[float | None, typer.Option(metavar="SECONDS", help="With --filter: the first seconds of each trial")] = None,
+    smooth: Smooth = False,
+    strict: Strict = False,
 ) -> None:
+    if filter is not None:
+        if others or report is not None or align or begin:
+            raise UsageError(f"--filter {filter}: of the trials of a folder: leave other files, --report, --align and --from out")
+        from hnav.cli.trials import Asked, compare_trials
+
+        compare_trials(reference, Asked(filter, engine, settings, preset, smooth, strict), crop, json_file)
+        return
+    if settings or crop is not None or smooth or strict or (engine, preset) != ("c", "default"):
+        raise UsageError(
+            "--engine, --set, --preset, --crop, --smooth and --strict are of --filter NAME, over the trials of a folder"
+        )
+    if not others:
+        raise UsageError(f"{reference}: name a file to compare with it; of a folder of BROAD trials give --filter ahrs")
+    compare_files(reference, others, align, delta, begin, report, json_file)
+
+
+def compare_files(
+    reference: Path, others: list[Path], align: str, delta: float, begin: float, report: Path | None, json_file: Path | None
+) -> None:
+    """Prints the errors of each file. Raises HnavError."""
     refuse_overwriting([report, json_file], [reference, *others])
     if report is not None:
         # Plotly takes a while to load; the page says so where it is missing.

@@ -61,8 +61,12 @@ class Rests:
     """n x 3: of the means."""
     rate_variance: Array
     """n x 3: of the means."""
-    turns: list[tuple[int, Array, Array]]
-    """The rest that begins it, durations (m) and mean rates (m x 3) of its intervals."""
+    after: np.ndarray
+    """m: the rest after which each turn begins; between some there is none that can be used."""
+    steps_s: Array
+    """m x L: durations of the intervals of each turn, L a power of two, 0 after its end."""
+    turn_rate: Array
+    """m x L x 3: their mean rates."""
     rate_density: Array
     """3: (rad/s)^2/Hz, of the gyroscope."""
     wander: Array
@@ -145,8 +149,16 @@ def rests_of(recording: Recording) -> Rests:
     spread, expected = means[0].var(axis=0, ddof=1), white.mean(axis=0)
     limit = chi2.ppf(SURE, len(found) - 1) / (len(found) - 1)
     wander = np.where(spread > limit * expected, spread - expected, 0.0)  # where it is no chance of the noise
-    turns = [(i, *turn) for i in range(len(found) - 1) if (turn := _turn(*gyro, found[i][1], found[i + 1][0])) is not None]
-    return Rests(t_s, means[1], means[0], variances[1].mean(axis=0) / counts, white + wander, turns, per_block * BLOCK_S, wander)
+    turns = {i: turn for i in range(len(found) - 1) if (turn := _turn(*gyro, found[i][1], found[i + 1][0])) is not None}
+    if not turns:
+        raise _ill(recording.name, f"no turn between two rests is shorter than {LONGEST_TURN_S:g} s and without a gap")
+    length = 1 << (max(len(steps) for steps, _ in turns.values()) - 1).bit_length()
+    steps_s, turn_rate = np.zeros((len(turns), length)), np.zeros((len(turns), length, 3))
+    for row, (steps, rate) in enumerate(turns.values()):
+        steps_s[row, : len(steps)], turn_rate[row, : len(steps)] = steps, rate
+    force_variance = variances[1].mean(axis=0) / counts
+    noise = (force_variance, white + wander, np.array([*turns]), steps_s, turn_rate, per_block * BLOCK_S, wander)
+    return Rests(t_s, means[1], means[0], *noise)
 
 
 def _block_means(t_s: Array, values: Array, spans: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
@@ -193,13 +205,14 @@ def residuals(rests: Rests, parameters: Array, gravity_m_s2: float) -> Array:
     accel, gyro = corrections(parameters, np.eye(PARAMETERS))
     force = accel.apply(rests.force)
     direction = unit_vectors(force)
-    across = [tangents(direction[i + 1]) @ turn_of(steps, gyro.apply(rate)) @ direction[i] for i, steps, rate in rests.turns]
-    return np.concatenate([np.linalg.norm(force, axis=1) - gravity_m_s2, (rests.rate - gyro.offset).ravel(), *across])
+    expected = np.einsum("mij,mj->mi", turns_of(rests.steps_s, gyro.apply(rests.turn_rate)), direction[rests.after])
+    across = np.einsum("mij,mj->mi", tangents(direction[rests.after + 1]), expected)
+    return np.concatenate([np.linalg.norm(force, axis=1) - gravity_m_s2, (rests.rate - gyro.offset).ravel(), across.ravel()])
 
 
 def covariance_of(rests: Rests, parameters: Array) -> Array:
     """Of the residuals, by the noise of the means at rest and of the rates of the turns."""
-    n, m = len(rests.force), len(rests.turns)
+    n, m = len(rests.force), len(rests.after)
     accel, gyro = corrections(parameters, np.eye(PARAMETERS))
     force = accel.apply(rests.force)
     direction, length = unit_vectors(force), np.linalg.norm(force, axis=1)
@@ -208,28 +221,26 @@ def covariance_of(rests: Rests, parameters: Array) -> Array:
     for i in range(n):
         by_force[i, 3 * i : 3 * i + 3] = direction[i] @ accel.matrix
     found[n : 4 * n, n : 4 * n] = np.diag(rests.rate_variance.ravel())
-    for k, (i, steps, rate) in enumerate(rests.turns):
-        rows, across = slice(4 * n + 2 * k, 4 * n + 2 * k + 2), tangents(direction[i + 1])
-        back = turn_of(steps, gyro.apply(rate))
+    turns, sides = turns_of(rests.steps_s, gyro.apply(rests.turn_rate)), tangents(direction[rests.after + 1])
+    for k, (i, back, across, duration_s) in enumerate(zip(rests.after, turns, sides, rests.steps_s.sum(axis=1))):
+        rows = slice(4 * n + 2 * k, 4 * n + 2 * k + 2)
         by_force[rows, 3 * i : 3 * i + 3] = across @ back @ _of_direction(direction[i], length[i]) @ accel.matrix
         by_force[rows, 3 * i + 3 : 3 * i + 6] = -across @ _of_direction(direction[i + 1], length[i + 1]) @ accel.matrix
-        duration_s = steps.sum()
         turned = gyro.matrix @ np.diag(rests.rate_density * duration_s + rests.wander * duration_s**2) @ gyro.matrix.T
         cross = across @ np.cross(np.eye(3), back @ direction[i])
         found[rows, rows] += cross @ turned @ cross.T
     return np.asarray(found + (by_force * rests.force_variance.ravel()) @ by_force.T)
 
 
-def turn_of(steps_s: Array, rate: Array) -> Array:
-    """3 x 3, of all intervals one after the other: body axes of the begin to those of the end. Neighbours are joined in pairs."""
-    turn = steps_s[:, None] * rate
+def turns_of(steps_s: Array, rate: Array) -> Array:
+    """m x 3 x 3: body axes of the begin of each turn to those of its end. steps_s: m x L, rate: m x L x 3; L a power of two, so that
+    neighbours are joined in pairs until one rotation of each turn is left."""
+    turn = (steps_s[..., None] * rate).reshape(-1, 3)
     angle = np.linalg.norm(turn, axis=1)[:, None]
     q = np.concatenate([np.cos(0.5 * angle), 0.5 * np.sinc(angle / (2 * np.pi)) * turn], axis=1)
-    while len(q) > 1:
-        rest = q[len(q) & ~1 :]
-        pairs = q[: len(q) & ~1]
-        q = np.concatenate([quaternion_product(pairs[::2], pairs[1::2]), rest])
-    return rotated(np.repeat(q, 3, axis=0), np.eye(3))
+    while len(q) > len(steps_s):
+        q = quaternion_product(q[::2], q[1::2])
+    return rotated(np.repeat(q, 3, axis=0), np.tile(np.eye(3), (len(q), 1))).reshape(-1, 3, 3)
 
 
 def _of_direction(direction: Array, length: float) -> Array:
@@ -237,11 +248,10 @@ def _of_direction(direction: Array, length: float) -> Array:
     return np.asarray((np.eye(3) - np.outer(direction, direction)) / length)
 
 
-def tangents(direction: Array) -> Array:
-    """2 x 3: unit vectors across a direction."""
-    first = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])
+def tangents(directions: Array) -> Array:
+    """n x 2 x 3: unit vectors across each of n directions."""
+    first = unit_vectors(np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)]))
+    return np.stack([first, np.cross(directions, first)], axis=1)
 
 
 def unit_vectors(vectors: Array) -> Array:

@@ -1,6 +1,6 @@
 """The picture of the README: attitude by the recommended filter against optical truth, and the error in the band that it states.
 
-The trial is the middle one: of the 14 that hnav score lists, seven have a smaller total error. Data: Laidig, Caruso,
+The trial is the middle one: of the 14 that hnav compare lists, seven have a smaller total error. Data: Laidig, Caruso,
 Cereatti, Seel, BROAD, Data 2021, 6(7), 72 (CC BY 4.0), not part of hnav.
 """
 

@@ -1,18 +1,17 @@
-"""hnav score: errors and consistency of a filter on the BROAD trials of a folder."""
+"""hnav compare DIR --filter NAME: errors and consistency of a filter on the BROAD trials of a folder."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import Engine, FilterName, Folder, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import parse_settings
 from hnav.cli.recordings import warn, warnings_of
 from hnav.fmi.engines import run_recording
 from hnav.io.outputs import refuse_overwriting, write_files
@@ -21,18 +20,22 @@ from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.reports.scores import Score, nees, score
 
 
-def command(
-    folder: Folder,
-    filter: FilterName = "ahrs",
-    engine: Engine = "c",
-    settings: Settings = None,
-    preset: Preset = "default",
-    crop: Annotated[float | None, typer.Option(metavar="SECONDS", help="Score the first seconds only")] = None,
-    smooth: Smooth = False,
-    strict: Strict = False,
-    json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
-) -> None:
-    chosen = parse_settings(settings) | {"navigation_frame": "enu"}
+@dataclass(frozen=True)
+class Asked:
+    """The filter, by its options."""
+
+    filter: str
+    engine: str
+    settings: list[str] | None
+    preset: str
+    smooth: bool
+    strict: bool
+
+
+def compare_trials(folder: Path, asked: Asked, crop_s: float | None, json_file: Path | None) -> None:
+    """Prints the errors of each trial and their means. crop_s: only so much of each trial. Raises HnavError, UsageError."""
+    filter, engine, preset = asked.filter, asked.engine, asked.preset
+    chosen = parse_settings(asked.settings) | {"navigation_frame": "enu"}
     trials = find_trials(folder)
     refuse_overwriting([json_file], trials.values())
     scores: dict[str, Score] = {}
@@ -43,10 +46,10 @@ def command(
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
             data = read(path)
-            doubts += warnings_of(path, data.check(), strict)
-            if crop is not None:
-                data = data.cropped(crop)
-            result = run_recording(data, filter, engine, chosen, preset, smooth=smooth)
+            doubts += warnings_of(path, data.check(), asked.strict)
+            if crop_s is not None:
+                data = data.cropped(crop_s)
+            result = run_recording(data, filter, engine, chosen, preset, smooth=asked.smooth)
             truth = data.needed("reference_q_nb")
             scores[data.name] = score(result.q_nb, truth, data.movement)
             consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis

@@ -1,0 +1,79 @@
+"""Many recordings by one command: time beside one by one, memory, and the rate at which tables come.
+
+./run study many [--recordings 1000] [--workers 2]
+
+Writes so many recordings of a minute at 100 Hz into a temporary folder; hnav filter takes them all. Memory is the largest of the process and
+of its workers, at a tenth of the recordings and at all of them.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from hnav.cli.console import show
+from hnav.cli.words import UsageError
+from studies.command import study, titled_table, tracked
+
+ROWS, RATE_HZ = 6000, 100.0
+ALONE = 5
+"""Recordings that are filtered by a command each, for comparison."""
+CHILD = (
+    "import resource, sys; from hnav.cli.app import main; import atexit; "
+    "atexit.register(lambda: print(*(resource.getrusage(w).ru_maxrss for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)), file=sys.stderr)); "
+    "main(sys.argv[1:])"
+)
+
+
+def write_recordings(folder: Path, count: int) -> None:
+    """A body that turns slowly, with noise that differs from file to file."""
+    t_s = np.arange(ROWS) / RATE_HZ
+    rng = np.random.default_rng(1)
+    turn = 0.5 * np.sin(0.3 * t_s)
+    rate = np.stack([0 * t_s, 0 * t_s, 0.15 * np.cos(0.3 * t_s)], axis=1)
+    field = np.stack([2e-5 * np.cos(turn), -2e-5 * np.sin(turn), 4.5e-5 + 0 * turn], axis=1)
+    for i in tracked(range(count), "recordings"):
+        noisy = [rate + 1e-3 * rng.normal(size=rate.shape), [0, 0, -9.81] + 0.02 * rng.normal(size=rate.shape), field]
+        table = np.column_stack([t_s, *noisy])
+        np.savetxt(folder / f"{i:04d}.csv", table, "%.9g", ",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+
+
+def filtered(arguments: list[str]) -> tuple[float, float]:
+    """Seconds, and MB of the larger of the process and its largest worker. Raises UsageError when the command fails."""
+    begin_s = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", CHILD, "filter", *arguments], capture_output=True, text=True)
+    if done.returncode:
+        raise UsageError(f"hnav filter failed: {done.stderr.strip()[-300:]}")
+    memory = [int(word) for word in done.stderr.splitlines()[-1].split()]
+    return time.perf_counter() - begin_s, max(memory) * (1.0 if sys.platform == "darwin" else 1024.0) / 1e6
+
+
+def command(
+    recordings: Annotated[int, typer.Option(min=20, help="Of a minute each")] = 1000,
+    workers: Annotated[int, typer.Option(min=1, help="Processes")] = 2,
+) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        write_recordings(folder, recordings)
+        table = titled_table(f"recordings of a minute, {workers} workers", "recordings", "seconds | per recording | memory")
+        alone_s = [filtered([str(folder / f"{i:04d}.csv"), "--out", str(folder / "alone.csv")])[0] for i in range(ALONE)]
+        (folder / "alone.csv").unlink()
+        table.add_row("one by one, a command each", f"{sum(alone_s):.1f} for {ALONE}", f"{np.mean(alone_s):.2f} s", "-")
+        for count in (recordings // 10, recordings):
+            chosen = [str(path) for path in sorted(folder.glob("*.csv"))[:count]]
+            seconds, memory = filtered([*chosen, "--out", str(folder / f"out{count}"), "--workers", str(workers)])
+            table.add_row(str(count), f"{seconds:.1f}", f"{seconds / count:.3f} s", f"{memory:.0f} MB")
+        show(table)
+
+
+main = study("many", command)
+
+if __name__ == "__main__":
+    main()
