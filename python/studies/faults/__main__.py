@@ -1,10 +1,11 @@
 """The command: which part, by which filter, and the table of each.
 
     ./run study faults [DIR] --seeds 100 --filter ahrs --part events
+    ./run study faults --filter ins --seeds 4 [--kinds car,flight] [--only rate_bias,turns]
 
 Part events: what a few seconds cost a simulated body that is held in a hand (studies.faults.events). Part recordings: BROAD
 trials damaged on purpose (studies.faults.recordings); DIR is where the trials lie. Part starts: a false first sample
-(studies.faults.first_samples). Without --part all, as far as there is DIR.
+(studies.faults.first_samples). Without --part all, as far as there is DIR. The filter ins has a table of its own (studies.ins.faults).
 """
 
 from __future__ import annotations
@@ -18,16 +19,19 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import FilterName, Settings, parse_settings
+from hnav.cli.parameters import FilterOrIns, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
-from studies.command import WORKERS, Trials, Workers, check_choices, study, titled_table, tracked
+from studies.command import WORKERS, Seed, Trials, Workers, check_choices, study, titled_table, tracked
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment, options_of
 from studies.faults.first_samples import SENSORS, first_samples, verdict
+from studies.faults.navigation import fault_table
 from studies.faults.recordings import FAULTS
+from studies.ins import faults as navigating
 
+BODIES = (*navigating.KINDS, navigating.FLIGHT)
 PARTS = ("starts", "events", "recordings")
 SHOWN_SHARE = 0.01  # states of a sensor for less of the time are omitted
 
@@ -35,12 +39,23 @@ SHOWN_SHARE = 0.01  # states of a sensor for less of the time are omitted
 def command(
     folder: Trials = None,
     seeds: Annotated[int, typer.Option(min=1, help="Simulated runs of each event, and starts")] = 100,
-    filter: FilterName = "ahrs",
+    filter: FilterOrIns = "ahrs",
     settings: Settings = None,
     part: Annotated[str | None, typer.Option(help=" or ".join(PARTS))] = None,
     workers: Workers = WORKERS,
+    kinds: Annotated[str, typer.Option(help="of bodies, for ins; without a folder of the flight without it")] = ",".join(BODIES),
+    only: Annotated[str | None, typer.Option(metavar="NAMES", help="of studies.ins.faults.FAULTS, for ins: these")] = None,
+    flight: Annotated[Path | None, typer.Option(metavar="FOLDER", envvar="HNAV_FLIGHT", help="the recorded flight")] = None,
+    seed: Seed = 1,
 ) -> None:
     """Tells how long faults of sensors and stamps leave a filter wrong, and whether it says so."""
+    if filter == "ins":
+        of_bodies, names = kinds.split(","), only.split(",") if only else list(navigating.FAULTS)
+        check_choices("--kinds", of_bodies, BODIES)
+        check_choices("--only", names, navigating.FAULTS)
+        there = [kind for kind in of_bodies if kind != navigating.FLIGHT or flight is not None]
+        show(fault_table(there, names, seeds, seed, workers, flight), width=220)
+        return
     check_choices("--part", [part], PARTS)
     if part == "recordings" and folder is None:
         raise UsageError("--part recordings: name the folder of the BROAD trials, or set BROAD_DIR")

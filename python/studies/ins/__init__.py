@@ -3,7 +3,6 @@
     ./run study ins --starts 200 [--kinds car,aircraft,ship,straight,take_off,quadrotor,walker] [--grade industrial] [--workers 2] [--seed 1]
     ./run study ins --gyrocompass --starts 200
     ./run study ins --flight FOLDER
-    ./run study ins --faults --starts 50 [--kinds car,aircraft]
     ./run study ins --smooth --starts 100 [--kinds car,aircraft,ship] [--grade industrial]
 
 Every start has a random place, heading, motion, sensors and satellites, whose stamps have an unknown latency of up to 0.1 s and of
@@ -21,9 +20,6 @@ half times the horizontal field, soft iron, steel beside the way, for one start 
 
 With --gyrocompass: bodies at rest with a given position and no aids: on a base that sways by millimetres (rest) or by a centimetre
 (swaying, an option of their filters), that vibrates as beside an engine, and ten degrees from the pole (polar).
-
-With --faults: cars and aircraft that navigate meet one fault each, with its outcome: whether it was gated or a flag of
-readiness fell, how often the errors stayed within 3 sigma from its begin to a minute after its end, how large they became.
 
 With --smooth: what hindsight brings, in starts with half a minute without satellites from 90 s on. z2 is the mean of the squared
 normalised errors, 1 when they are as large as stated.

@@ -20,7 +20,6 @@ from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
 from studies.ins.conditions import CONDITIONS
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, experiment, figures
-from studies.ins.faults import FAULTS, RECOVERY_S, outcomes
 from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
@@ -46,7 +45,6 @@ def command(
     without: Annotated[
         str | None, typer.Option(metavar="RULE", help=f"with a copy of the library that lacks a rule of {', '.join(RULES)}")
     ] = None,
-    faults: Annotated[bool, typer.Option("--faults", help="faults while cars and aircraft navigate instead")] = False,
     with_wheels: Annotated[
         bool, typer.Option("--wheels", help="cars that lose the satellites instead, with the speed of their wheels and without")
     ] = False,
@@ -74,9 +72,6 @@ def command(
         if not trials(hands):
             raise UsageError(f"--hands {hands}: there is no .hdf5 of a BROAD trial that moves about")
         show(hands_table(hands, workers), width=150)
-        return
-    if faults:
-        show(fault_table([kind for kind in chosen if kind in ("car", "aircraft")], runs, seed, workers), width=140)
         return
     if with_wheels:
         show(wheel_table(grade, runs, seed, workers), width=120)
@@ -146,25 +141,6 @@ def north_table(runs: int, seed: int, workers: int) -> Table:
             kind, grade, f"{f.ready} of {f.runs}", after(f.median_s), str(f.false), f"{f.rms_end:.3g} deg", f"{f.stated_end:.3g} deg",
             f"{f.heading_z2:.2f}", f"{due:.3g} deg", f"{f.rms_end / due:.2f}",
         )  # fmt: skip
-    return out
-
-
-def fault_table(kinds: list[str], runs: int, seed: int, workers: int) -> Table:
-    """A row for each kind and fault."""
-    out = titled_table(
-        f"industrial, {runs} starts each, seed {seed}: faults while navigating",
-        "kind | fault | lasts",
-        "told | position within 3 sigma | heading | largest: median | worst | not back after 30 s",
-    )
-    for kind in kinds:
-        for name, fault in FAULTS.items():
-            of = list(outcomes(kind, name, runs, seed, workers))
-            largest = [o.largest_m for o in of]
-            out.add_row(
-                kind, fault.text, f"{fault.length_s:g} s", f"{np.mean([o.told for o in of]):.0%}",
-                f"{np.mean([o.within for o in of]):.1%}", f"{np.mean([o.heading_within for o in of]):.1%}",
-                f"{np.median(largest):.1f} m", f"{max(largest):.1f} m", str(sum(o.back_s > RECOVERY_S for o in of)),
-            )  # fmt: skip
     return out
 
 

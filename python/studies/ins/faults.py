@@ -1,28 +1,51 @@
-"""Faults while the filter navigates: are they gated or flagged, and when do they end?"""
+"""Faults while the filter navigates: how soon is the estimate right again, and which wrong value is called ready meanwhile?
+
+Simulated vehicles of KINDS have their exact truth. The recorded flight has none: there the reference is the filter over the same
+samples without the fault.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
+from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from hnav.errors import HnavRuntimeError
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.native.library import SENSORS
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
-from studies.ins.vehicles import OUTLIERS, Samples, Truth, fixes, starts_of, vehicle
+from studies.ins.flight import FIRST_S, LANDING_S, Flight
+from studies.ins.vehicles import Samples, Truth, fixes, receiver, starts_of, vehicle
 from studies.processes import in_order
 
 BEGIN_S = 90.0
 """After the start."""
-AFTER_S = 60.0
+LONGEST_S = 60.0
+JUDGED_S = 60.0
+"""After the end of a fault, readiness is judged for so long, and the estimate has to be right again within it."""
 RECOVERY_S = 30.0
 EVERY = 20
 CLIPPED_RAD_S = 0.05
+KINDS = ("car", "aircraft", "quadrotor", "walker")
+FLIGHT = "flight"
+GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}
+"""In m and rad: an estimate is right again below these."""
+LIES = GOOD | {"velocity": 1.5}
+"""An error beyond this and beyond five sigmas, called ready, is a lie; in m, rad and m/s."""
+FLAGS = ("tilt", "heading", "velocity", "position")
+METRE = 1 / 6.37e6
+"""Of latitude, in rad."""
+
+
+Spoiler = Callable[[Samples, BoolArray, BoolArray], Samples]
+"""Samples, the rows of the inertial sensor and of the fixes that a fault meets -> the samples with it."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +54,7 @@ class Fault:
 
     text: str
     length_s: float
-    of: Callable[[Samples, BoolArray, BoolArray], Samples]
-    """Samples, the rows of the inertial sensor and of the fixes that it meets -> the samples with the fault."""
+    of: Spoiler
 
 
 @dataclass(frozen=True)
@@ -41,34 +63,85 @@ class Outcome:
 
     kind: str
     fault: str
-    told: bool
-    """Fixes were gated by more than by chance, or a flag of readiness fell, from its begin to RECOVERY_S after its end."""
-    within: float
-    """Share of the instants, from its begin to the end of the run, at which north and east lie within 3 sigma."""
-    heading_within: float
-    """The same of the heading."""
+    back_s: dict[str, float]
+    """By name of GOOD, after the end of the fault: from then on the error stays below it; infinite where it does not."""
     largest_m: float
-    """Horizontal error while it lasts and after it."""
-    back_s: float
-    """After its end: from then on the position stays within 3 sigma or 5 m."""
+    """Horizontal error from the begin of the fault on."""
+    at_end: dict[str, float]
+    """Errors in the last row, by name of GOOD."""
+    lies: dict[str, float]
+    """Share of the time from its begin to JUDGED_S after its end, by name of LIES."""
+    beyond: tuple[float, float, float]
+    """Share of that time in which the horizontal, vertical and heading error exceed their protection levels."""
+    ready: float
+    """Share of that time in which position and heading are ready."""
+
+    @property
+    def is_back(self) -> bool:
+        """Within RECOVERY_S."""
+        return max(self.back_s.values()) <= RECOVERY_S
 
 
-def _moved(samples: Samples, hit: BoolArray, north_m: Array | float) -> Samples:
-    valid, _, sensor, value = samples.aids.arrays()
-    rows = hit & (sensor == SENSORS.index("position"))
-    value[rows, 0] += (np.broadcast_to(north_m, hit.shape) / 6.37e6)[rows]
-    return replace(samples, aids=fixes(valid, sensor, value))
+# --------------------------------------------------------------------------------------------- what is spoilt
 
 
-def _drifting(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-    valid = samples.aids.arrays()[0]
-    return _moved(samples, hit, 1.0 * (valid - samples.t_s[0] - BEGIN_S))
+def _aids(samples: Samples, hit: BoolArray, sensor: str, change: Callable[[Array, Array], Array]) -> Samples:
+    """change: times and values of what is met -> the values instead."""
+    valid, _, kind, value = samples.aids.arrays()
+    rows = hit & (kind == SENSORS.index(sensor))
+    value = value.copy()
+    value[rows] = change(valid[rows], value[rows])
+    return replace(samples, aids=fixes(valid, kind, value))
 
 
-def _clipped(samples: Samples, rows: BoolArray, _: BoolArray) -> Samples:
-    rate = samples.rate_b_rad_s.copy()
-    rate[rows] = np.clip(rate[rows], -CLIPPED_RAD_S, CLIPPED_RAD_S)
-    return replace(samples, rate_b_rad_s=rate)
+def _both(change: Callable[[Array, Array], Array]) -> Spoiler:
+    """Of velocities and positions."""
+
+    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
+        for sensor in ("velocity", "position"):
+            samples = _aids(samples, hit, sensor, change)
+        return samples
+
+    return spoilt
+
+
+def _north(metres: Callable[[Array], Array]) -> Spoiler:
+    """metres: of the seconds since the first fix that is met."""
+
+    def moved(t_s: Array, value: Array) -> Array:
+        value[:, 0] += METRE * metres(t_s - t_s[0])
+        return value
+
+    return lambda samples, _, hit: _aids(samples, hit, "position", moved)
+
+
+def _jump(metres: float) -> Spoiler:
+    return _north(lambda since_s: np.full_like(since_s, metres))
+
+
+def _faster(metres_per_second: float) -> Spoiler:
+    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
+        return _aids(samples, hit, "velocity", lambda _, value: value + metres_per_second * np.eye(6)[0])
+
+    return spoilt
+
+
+def _spoof(samples: Samples, rows: BoolArray, hit: BoolArray) -> Samples:
+    return _north(lambda since_s: since_s)(_faster(1.0)(samples, rows, hit), rows, hit)
+
+
+def _noisy(sensor: str, noise: tuple[float, float, float], stated: float) -> Spoiler:
+    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
+        rng = np.random.default_rng(1)
+
+        def change(_: Array, value: Array) -> Array:
+            value[:, :3] += np.array(noise) * rng.standard_normal((len(value), 3))
+            value[:, 3:] = stated
+            return value
+
+        return _aids(samples, hit, sensor, change)
+
+    return spoilt
 
 
 def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
@@ -76,52 +149,238 @@ def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
     return replace(samples, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
 
 
-def _as_it_is(samples: Samples, _: BoolArray, __: BoolArray) -> Samples:
-    return samples
+def _late(seconds: float) -> Spoiler:
+    """Stamps that name the time of arrival, so many seconds after that of validity."""
+
+    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
+        valid, _received, sensor, value = samples.aids.arrays()
+        return replace(samples, aids=fixes(valid + seconds * hit, sensor, value))
+
+    return spoilt
+
+
+def _inertial(array: str, change: Callable[[Array], Array], for_good: bool) -> Spoiler:
+    def spoilt(samples: Samples, rows: BoolArray, _: BoolArray) -> Samples:
+        rows = rows | (for_good & (np.cumsum(rows) > 0))
+        values = getattr(samples, array).copy()
+        values[rows] = change(values[rows])
+        return replace(samples, **{array: values})
+
+    return spoilt
+
+
+def _rate(change: Callable[[Array], Array], for_good: bool = False) -> Spoiler:
+    return _inertial("rate_b_rad_s", change, for_good)
+
+
+def _force(change: Callable[[Array], Array], for_good: bool = False) -> Spoiler:
+    return _inertial("force_b_m_s2", change, for_good)
+
+
+def _missing(samples: Samples, rows: BoolArray, hit: BoolArray) -> Samples:
+    def nothing(value: Array) -> Array:
+        return np.full_like(value, np.nan)
+
+    return _force(nothing)(_rate(nothing)(samples, rows, hit), rows, hit)
+
+
+def _asleep(seconds: float) -> Spoiler:
+    """All stamps from the fault on are so much later: nothing was recorded meanwhile, and the body is where it was."""
+
+    def spoilt(samples: Samples, rows: BoolArray, hit: BoolArray) -> Samples:
+        valid, _, sensor, value = samples.aids.arrays()
+        begin_s = samples.t_s[np.argmax(rows)]
+        aids = fixes(valid + seconds * (valid >= begin_s), sensor, value)
+        return replace(samples, t_s=samples.t_s + seconds * (samples.t_s >= begin_s), aids=aids)
+
+    return spoilt
+
+
+def _stuck(value: Array) -> Array:
+    return np.broadcast_to(value[0], value.shape)
+
+
+def _one(size: float) -> Callable[[Array], Array]:
+    """The first sample alone, on the first axis."""
+
+    def spoilt(value: Array) -> Array:
+        value = value.copy()
+        value[0, 0] = size
+        return value
+
+    return spoilt
+
+
+def _three_turns(samples: Samples, _: BoolArray, __: BoolArray) -> Samples:
+    """Twelve degrees in half a second, at the begin of each of the next three turns that are 20 s apart, as far as there are any."""
+    rate, t_s = samples.rate_b_rad_s.copy(), samples.t_s
+    next_s = t_s[0] + BEGIN_S
+    for _turn in range(3):
+        turns = np.flatnonzero((t_s > next_s) & (np.abs(samples.rate_b_rad_s[:, 2]) > 0.1))
+        if len(turns) and t_s[turns[0]] < t_s[0] + BEGIN_S + LONGEST_S:
+            rate[turns[0] : turns[0] + 50, 2] += np.radians(12) / 0.5
+            next_s = t_s[turns[0]] + 20
+    return replace(samples, rate_b_rad_s=rate)
+
+
+def _with(axis: int, value: float) -> Callable[[Array], Array]:
+    return lambda old: np.where(np.arange(3) == axis, value, old)
 
 
 FAULTS = {
-    "none": Fault("nothing", 30.0, _as_it_is),
-    "jump": Fault("positions 100 m off", 10.0, lambda s, _, hit: _moved(s, hit, 100.0)),
-    "long_jump": Fault("positions 100 m off, believed", 60.0, lambda s, _, hit: _moved(s, hit, 100.0)),
-    "drift": Fault("positions drift by 1 m/s", 60.0, _drifting),
-    "clipped": Fault(f"rates clipped at {CLIPPED_RAD_S:g} rad/s", 5.0, _clipped),
+    "none": Fault("nothing", 30.0, lambda samples, _, __: samples),
+    "force_bias": Fault("force along x steps by 2 m/s2", 30.0, _force(lambda f: f + 2 * np.eye(3)[0], True)),
+    "rate_bias": Fault("rate about z steps by 1 deg/s", 30.0, _rate(lambda w: w + np.radians(1) * np.eye(3)[2], True)),
+    "rate_dead": Fault("rate about z 0 from then on", 30.0, _rate(_with(2, 0.0), True)),
+    "rate_dead_short": Fault("rate about z 0", 10.0, _rate(_with(2, 0.0))),
+    "rate_stuck": Fault("rates stuck", 10.0, _rate(_stuck)),
+    "force_stuck": Fault("forces stuck", 10.0, _force(_stuck)),
+    "clipped": Fault(
+        f"rates clipped at {CLIPPED_RAD_S:g} rad/s", 5.0, _rate(lambda w: np.clip(w, -CLIPPED_RAD_S, CLIPPED_RAD_S))
+    ),
+    "turns": Fault("three rate errors of 12 deg", 60.0, _three_turns),
+    "shock": Fault("16 g on one axis", 1.0, _force(_with(0, 157.0))),
+    "wild_35": Fault("one rate of 35 rad/s", 1.0, _rate(_one(35.0))),
+    "wild_400": Fault("one rate of 400 rad/s", 1.0, _rate(_one(400.0))),
+    "wild_rate": Fault("one rate of 1e6 rad/s", 1.0, _rate(_one(1e6))),
+    "wild_force": Fault("one force of 1e6 m/s2", 1.0, _force(_one(1e6))),
+    "missing_10": Fault("no inertial samples", 10.0, _missing),
+    "missing_60": Fault("no inertial samples", 60.0, _missing),
+    "day": Fault("no samples for a day", 1.0, _asleep(86400.0)),
+    "faster": Fault("velocities 20 m/s off", 60.0, _faster(20.0)),
+    "frozen": Fault("fixes frozen", 60.0, _both(lambda _, value: np.broadcast_to(value[0], value.shape))),
+    "nowhere": Fault("fixes at (0, 0, 0), velocity 0", 60.0, _both(lambda _, value: value * (np.arange(6) > 2))),
+    "spoof": Fault("positions, velocities off by 1 m/s", 60.0, _spoof),
+    "once": Fault("one position 100 km off", 1.0, _north(lambda since_s: 1e5 * (since_s == 0))),
+    "jump": Fault("positions 100 m off", 10.0, _jump(100.0)),
+    "long_jump": Fault("positions 100 m off", 60.0, _jump(100.0)),
+    "far": Fault("positions 100 km off", 10.0, _jump(1e5)),
+    "long_far": Fault("positions 100 km off", 60.0, _jump(1e5)),
+    "drift": Fault("positions drift by 1 m/s", 60.0, _north(lambda since_s: since_s)),
+    "noisy_position": Fault("positions +- 20 m, stated 1 m", 60.0, _noisy("position", (20 * METRE, 20 * METRE, 0), 1.0)),
+    "noisy_velocity": Fault("velocities +- 1 m/s, stated 0.05", 60.0, _noisy("velocity", (1, 1, 1), 0.05)),
+    "sharp": Fault("positions stated 1 mm", 60.0, _noisy("position", (0, 0, 0), 1e-3)),
+    "late": Fault("fixes stamped 1 s late", 60.0, _late(1.0)),
     "outage_10": Fault("no satellites", 10.0, _silent),
     "outage_30": Fault("no satellites", 30.0, _silent),
     "outage_60": Fault("no satellites", 60.0, _silent),
 }
 
 
-def _judged(kind: str, name: str, seed: int) -> Outcome:
-    fault = FAULTS[name]
-    samples, truth = vehicle(kind, "industrial", seed, BEGIN_S + fault.length_s + AFTER_S)
+# --------------------------------------------------------------------------------------------- what becomes of it
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Samples without a fault, the truth in their rows, and the filter that takes them."""
+
+    samples: Samples
+    truth: Truth
+    preset: str
+    options: dict[str, object]
+
+    def run(self, samples: Samples) -> InsRun:
+        """Raises HnavRuntimeError where the filter gives up."""
+        ins = Ins(self.preset, solver="closed_form", **self.options)
+        return ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, EVERY, check=False)
+
+
+def simulated(kind: str, seed: int) -> Drive:
+    """One of KINDS, of the industrial grade."""
+    samples, truth = vehicle(kind, "industrial", seed, BEGIN_S + LONGEST_S + JUDGED_S)
+    colour_m = receiver(kind).colour_m
+    return Drive(samples, truth, "industrial", {"position_colour_m": (colour_m, colour_m)})
+
+
+@lru_cache(1)
+def _recorded(folder: Path) -> Flight:
+    return Flight(folder)
+
+
+def flown(folder: Path, part: float) -> Drive:
+    """From the recorded flight; part: 0 is the earliest start in the air, 1 the latest."""
+    flight, length_s = _recorded(folder), BEGIN_S + LONGEST_S + JUDGED_S
+    begin_s = FIRST_S + part * (LANDING_S - FIRST_S - length_s)
+    log = flight.log[(flight.log["t_s"] >= begin_s) & (flight.log["t_s"] <= begin_s + length_s)]
+    rate, force = (np.stack([log[name + axis] for axis in "xyz"], 1) for name in "ga")
+    samples = Samples(log["t_s"], rate, force, flight.aids(log))
+    clean = flight.run(log)
+    known = np.isfinite(clean.q_nb[:, 0])
+    place = np.where(known[:, None], clean.place, clean.place[-1])
+    axes = earth.axes_at(place)
+    attitude = Rotation.from_quat(np.where(known[:, None], clean.q_nb, clean.q_nb[-1]), scalar_first=True)
+    velocity_e = np.einsum("nij,nj->ni", axes, np.where(known[:, None], clean.velocity_n_m_s, 0.0))
+    return Drive(
+        samples, Truth(clean.t_s, earth.position_of(place), velocity_e, Rotation.from_matrix(axes) * attitude), "consumer", {}
+    )
+
+
+def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[Outcome]:
+    drive = simulated(kind, int(start)) if folder is None else flown(folder, start)
+    return [_with_fault(kind, drive, name) for name in names]
+
+
+def _with_fault(kind: str, drive: Drive, name: str) -> Outcome:
+    fault, samples = FAULTS[name], drive.samples
     begin = samples.t_s[0] + BEGIN_S
     end = begin + fault.length_s
     valid = samples.aids.arrays()[0]
     spoilt = fault.of(samples, (samples.t_s > begin) & (samples.t_s <= end), (valid > begin) & (valid <= end))
-    ins = Ins("industrial", solver="closed_form")
-    run = ins.run(spoilt.t_s, spoilt.rate_b_rad_s, spoilt.force_b_m_s2, spoilt.aids, EVERY)
-    gated = ins.diagnostics().gated["position"] > 3 * OUTLIERS * len(valid) / 2
-    return _outcome(kind, name, run, truth, begin, end, gated)
+    try:
+        return outcome(kind, name, drive.run(spoilt), drive.truth, begin, end)
+    except HnavRuntimeError:  # the filter gave up
+        never, always = dict.fromkeys(GOOD, np.inf), dict.fromkeys(LIES, 1.0)
+        return Outcome(kind, name, never, np.inf, never, always, (1.0, 1.0, 1.0), 1.0)
 
 
-def _outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, end_s: float, gated: bool) -> Outcome:
+def errors(run: InsRun, truth: Truth) -> dict[str, Array]:
+    """Sizes of the errors by name, in rad, m and m/s, with "height"; NaN where there is no estimate."""
     rows = np.arange(EVERY - 1, len(truth.t_s), EVERY)
-    off = earth.position_of(run.place) - truth.position_e[rows]
-    off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place), off)[:, :2]
-    met = run.t_s > begin_s
-    z = np.abs(off_n / run.sigma_position_m[:, :2])
-    heading_z = np.abs(wrapped(run.heading_rad - truth.heading_rad()[rows]) / run.sigma_rotation_rad[:, 2])
-    far = np.hypot(*off_n.T)
-    lost = (run.t_s > end_s) & ~((z.max(1) < 3) | (far < 5))
-    last = run.t_s[lost].max(initial=end_s)
-    told = met & (run.t_s < end_s + RECOVERY_S) & ~run.ready[:, [1, 3]].all(1)
-    return Outcome(
-        kind, name, gated or bool(told.any()), float(np.mean(z[met].max(1) < 3)), float(np.mean(heading_z[met] < 3)),
-        float(far[met].max()), float(last - end_s),
-    )  # fmt: skip
+    known = np.isfinite(run.q_nb[:, 0])
+    place = np.where(known[:, None], run.place, 0.0)
+    axes = earth.axes_at(place)
+    off = np.einsum("nij,ni->nj", axes, earth.position_of(place) - truth.position_e[rows])
+    fast = run.velocity_n_m_s - np.einsum("nij,ni->nj", axes, truth.velocity_e[rows])
+    down_b = truth.attitude_e[rows].inv().apply(axes[:, :, 2])
+    tilt = Rotation.from_quat(np.where(known[:, None], run.q_nb, [1, 0, 0, 0]), scalar_first=True).apply(down_b)[:, :2]
+    heading = wrapped(run.heading_rad - truth.heading_rad()[rows])
+    sizes = {
+        "position": np.hypot(*off[:, :2].T), "height": np.abs(off[:, 2]), "velocity": np.hypot(*fast[:, :2].T),
+        "tilt": np.hypot(*tilt.T), "heading": np.abs(heading),
+    }  # fmt: skip
+    return {name: np.where(known, size, np.nan) for name, size in sizes.items()}
 
 
-def outcomes(kind: str, name: str, runs: int, seed: int, workers: int) -> Iterator[Outcome]:
-    """The starts of a seed, in their order, with the fault of this name in FAULTS."""
-    return in_order(partial(_judged, kind, name), starts_of(seed, runs), workers, 4)
+def outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, end_s: float) -> Outcome:
+    """Of a run in rows of EVERY, with the fault between these times of the truth."""
+    error, t_s = errors(run, truth), truth.t_s[EVERY - 1 :: EVERY]
+    met = (t_s > begin_s) & (t_s <= end_s + JUDGED_S)
+    sigma = {
+        "tilt": run.sigma_rotation_rad[:, :2].max(1), "heading": run.sigma_rotation_rad[:, 2],
+        "velocity": run.sigma_velocity_m_s[:, :2].max(1), "position": run.sigma_position_m[:, :2].max(1),
+    }  # fmt: skip
+    lies = {}
+    for i, what in enumerate(FLAGS):
+        wrong: BoolArray = np.greater(error[what], np.fmax(LIES[what], 5 * sigma[what]))
+        lies[what] = float(np.mean((wrong & run.ready[:, i])[met]))
+    back = {}
+    for what, limit in GOOD.items():
+        last = t_s[(t_s > end_s) & ~(error[what] < limit)].max(initial=end_s)
+        back[what] = float(last - end_s) if last < t_s[-1] - 1 else np.inf
+    bounds = (run.protection_m[:, 0], run.protection_m[:, 1], run.protection_heading_rad)
+    beyond = [float(np.mean((error[what] > bound)[met])) for what, bound in zip(("position", "height", "heading"), bounds)]
+    largest = float(np.nanmax(error["position"][t_s > begin_s], initial=0.0))
+    at_end = {what: float(error[what][-1]) for what in GOOD}
+    ready = float(np.mean(run.ready[met, 1] & run.ready[met, 3]))
+    return Outcome(kind, name, back, largest, at_end, lies, (beyond[0], beyond[1], beyond[2]), ready)
+
+
+def outcomes(
+    kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
+) -> Iterator[list[Outcome]]:
+    """For each start, in their order, the faults of these names in FAULTS. folder: of the recorded flight, for the kind FLIGHT."""
+    starts: Sequence[float] = starts_of(seed, runs)
+    if kind == FLIGHT:
+        starts = [float(part) for part in np.linspace(0, 1, runs)]
+    judge = partial(_judged, kind, tuple(names), folder if kind == FLIGHT else None)
+    return in_order(judge, starts, workers)

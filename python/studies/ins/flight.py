@@ -77,11 +77,15 @@ class Flight:
     @staticmethod
     def run(log: npt.NDArray[np.void], **options: object) -> InsRun:
         """Over some rows of the log, by the preset consumer with these options."""
+        rate, force = (np.stack([log[name + axis] for axis in "xyz"], 1) for name in "ga")
+        return Ins("consumer", solver="closed_form", **options).run(log["t_s"], rate, force, Flight.aids(log))
+
+    @staticmethod
+    def aids(log: npt.NDArray[np.void]) -> Aids:
+        """The fixes of some rows of the log."""
         fix = log[np.isfinite(log["lat_deg"])]
         aids = Aids().velocity(fix["t_s"], np.stack([fix["vn"], fix["ve"], fix["vd"]], 1), 0.2)
-        aids.position(fix["t_s"], np.radians(fix["lat_deg"]), np.radians(fix["lon_deg"]), fix["alt_m"], [2.0, 2.0, 4.0])
-        rate, force = (np.stack([log[name + axis] for axis in "xyz"], 1) for name in "ga")
-        return Ins("consumer", solver="closed_form", **options).run(log["t_s"], rate, force, aids)
+        return aids.position(fix["t_s"], np.radians(fix["lat_deg"]), np.radians(fix["lon_deg"]), fix["alt_m"], [2.0, 2.0, 4.0])
 
     def start(self, begin_s: float, length_s: float = LENGTH_S, **options: object) -> FlightStart:
         """Options: those of Ins that differ from the preset consumer."""

@@ -1,0 +1,42 @@
+"""The faults of studies.ins.faults as a table: a row for each kind of vehicle and fault."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.table import Table
+
+from studies.command import titled_table, tracked
+from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, Outcome, outcomes
+
+
+def fault_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int, folder: Path | None) -> Table:
+    """kinds: of studies.ins.faults.KINDS, or FLIGHT with its folder; names: of FAULTS. A bar shows the starts."""
+    out = titled_table(
+        f"ins, {starts} starts each, seed {seed}; back: within {RECOVERY_S:g} s after the end; lies, beyond: share of the time",
+        "body | fault | lasts",
+        f"back | slowest, s: {' / '.join(GOOD)} | worst | at the end, median | lies: {' / '.join(FLAGS)} "
+        "| beyond levels: horizontal / vertical / heading | ready",
+    )
+    for kind in kinds:
+        found = list(tracked(outcomes(kind, names, starts, seed, workers, folder), kind, starts))
+        for i, name in enumerate(names):
+            out.add_row(kind, FAULTS[name].text, f"{FAULTS[name].length_s:g} s", *_cells([of_start[i] for of_start in found]))
+    return out
+
+
+def _cells(of: Sequence[Outcome]) -> list[str]:
+    slowest = [max(o.back_s[what] for o in of) for what in GOOD]
+    position, tilt, heading = (float(np.median([o.at_end[what] for o in of])) for what in GOOD)
+    lies = [float(np.mean([o.lies[what] for o in of])) for what in FLAGS]
+    return [
+        f"{sum(o.is_back for o in of)} of {len(of)}",
+        " / ".join(f"{s:.0f}" if np.isfinite(s) else "never" for s in slowest),
+        f"{max(o.largest_m for o in of):.3g} m",
+        f"{position:.1f} m / {np.degrees(tilt):.2f} / {np.degrees(heading):.2f} deg",
+        " / ".join(f"{share:.1%}" for share in lies),
+        " / ".join(f"{share:.2%}" for share in np.mean([o.beyond for o in of], axis=0)),
+        f"{np.mean([o.ready for o in of]):.0%}",
+    ]
