@@ -65,8 +65,8 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
     return HNAV_OK;
 }
 
-hnav_status create_filter(ObserverObject* o, const hnav_observer_options& options, std::uint64_t fingerprint,
-                          const hnav::CallersMessage& caller) {
+hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller) {
+    const hnav_observer_options& options = o->options;
     hnav::observer::ModelSettings settings;
     settings.start_at_first_sample = options.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE;
     settings.rtol = options.rtol;
@@ -87,7 +87,7 @@ hnav_status create_filter(ObserverObject* o, const hnav_observer_options& option
     e.time_jump_limit_s = options.time_jump_limit_s > 0 ? std::fmax(options.time_jump_limit_s, options.horizon_s) : 0;
     // The base of the chain and a given start time take one place each.
     e.queue_capacity = options.queue_capacity + 2;
-    e.fingerprint = o->problem->fingerprint(fingerprint);
+    e.fingerprint = o->problem->fingerprint(o->fingerprint);
     o->trouble = {};
     const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, settings);
     if (const hnav_status status = hnav::check_memory(caller, model, e, options.queue_capacity)) return status;
@@ -99,24 +99,7 @@ hnav_status create_filter(ObserverObject* o, const hnav_observer_options& option
                        options.queue_capacity);
 }
 
-// All holders of discrete states of the plant: every part of every state, and the workspace of the model.
-void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
-    const auto* o = static_cast<const ObserverObject*>(context);
-    const hnav::observer::Layout& at = o->layout();
-    o->filter.visit_states([&](const hnav::RuntimeState& s) {
-        for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
-    });
-    for (int i = 0; i < hnav::observer::max_branches; ++i) seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
-    for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
-    for (const hnav::observer::PassageMemory& e : o->work->passages) {
-        seen(visitor, e.memory);
-        seen(visitor, e.memory_after);
-    }
-    seen(visitor, o->work->first_memory);
-}
-
-hnav_status complete(ObserverObject* o, const hnav_observer_options& options, const hnav::observer::Statistics& known,
-                     std::uint64_t fingerprint, const hnav::CallersMessage& caller) {
+hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known, const hnav::CallersMessage& caller) {
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
     if (!o->problem->assign(known, why)) return caller.fail(hnav::status_of(why), "%s", why.text);
@@ -125,11 +108,11 @@ hnav_status complete(ObserverObject* o, const hnav_observer_options& options, co
         if (!bounded) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
         o->plant = bounded;
     }
-    if (options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = options.start_time_s;
-    hnav_status status = prove(o, options.start_time_s, caller);
-    if (status == HNAV_OK) status = create_filter(o, options, fingerprint, caller);
+    if (o->options.start_mode == HNAV_OBSERVER_START_GIVEN) o->start_s = o->options.start_time_s;
+    hnav_status status = prove(o, o->options.start_time_s, caller);
+    if (status == HNAV_OK) status = create_filter(o, caller);
     if (status != HNAV_OK) return status;
-    o->plant->set_holders({o, each_holder});
+    o->plant->set_holders({o, hnav::each_holder});
     // Addresses are reused, and another copy of this library in the process has its own counter.
     static std::atomic<std::uint64_t> made{0};
     const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
@@ -174,6 +157,42 @@ hnav_status status_of(const Refusal& why) {
     }
 }
 
+void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
+    const auto* o = static_cast<const ObserverObject*>(context);
+    const observer::Layout& at = o->layout();
+    o->filter.visit_states([&](const RuntimeState& s) {
+        for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
+    });
+    for (int i = 0; i < observer::max_branches; ++i) seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
+    for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
+    for (const observer::PassageMemory& e : o->work->passages) {
+        seen(visitor, e.memory);
+        seen(visitor, e.memory_after);
+    }
+    seen(visitor, o->work->first_memory);
+}
+
+hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const CallersMessage& caller) {
+    using observer::Workspace;
+    twin->plant = of.plant;
+    twin->problem.emplace(*of.problem);
+    Arena count;
+    Workspace(count, *twin->problem, true);
+    twin->block = take_block(count.used());
+    if (!twin->block) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a smoother");
+    Arena arena(twin->block);
+    Workspace& work = twin->work.emplace(arena, *twin->problem, true);
+    if (of.plant->sizes.events) std::copy_n(of.work->plane, 2 * observer::spread_count(of.problem->N), work.plane);
+    std::copy_n(of.work->first_memory, of.plant->sizes.memory, work.first_memory);
+    work.linearisation.take_choices(of.work->linearisation);
+    twin->options = of.options;
+    twin->fingerprint = of.fingerprint;
+    twin->start_s = of.start_s;
+    const hnav_status status = create_filter(twin, caller);
+    if (status == HNAV_OK) push_start(twin);
+    return status;
+}
+
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller) {
     auto* made = make_object<ObserverObject>();
@@ -182,7 +201,9 @@ hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& opt
         return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     }
     made->plant = plant;
-    const hnav_status status = complete(made, options, known, fingerprint, caller);
+    made->options = options;
+    made->fingerprint = fingerprint;
+    const hnav_status status = complete(made, known, caller);
     if (status != HNAV_OK) destroy_object(made);
     else *filter = made;
     return status;

@@ -57,6 +57,8 @@ struct ObserverObject final : hnav_filter {
     FilterOfModel filter;
     std::optional<double> start_s; // when it is given
     std::uint64_t dropped = 0;
+    hnav_observer_options options{}; // as it was made with
+    std::uint64_t fingerprint = 0; // of options and plan
     std::uint64_t own_number = 0; // no other observer of this process has it
 
     void destroy() override;
@@ -122,6 +124,12 @@ inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hna
 // Makes the observer of a plant and takes ownership of it, also on failure.
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller);
+
+// A second filter for the plant and the options of an observer, from its start, whose states keep joint moments. It shares the plant.
+hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const CallersMessage& caller);
+
+// All holders of discrete states of the plant: every part of every state, and the workspace of the model. context: an observer.
+void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor);
 
 hnav_status status_of(const observer::Refusal& why);
 

@@ -1,4 +1,4 @@
-// The C boundary of the observer: outputs, arrays, saved states.
+// The C boundary of the observer: outputs and saved states.
 #include "c_api/health.hpp"
 #include "c_api/observer.hpp"
 #include "c_api/sized.hpp"
@@ -16,45 +16,6 @@ hnav_status check_sensor(const ObserverObject* o, int sensor) {
     const int count = o->problem->sensors;
     if (sensor >= 0 && sensor < count) return HNAV_OK;
     return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no sensor %d: there are %d", sensor, count);
-}
-
-double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
-
-void write_row(const ObserverObject& o, const double* sensors, bool used, const hnav_observer_run_output& out, std::size_t i) {
-    const int N = o.problem->N, m = o.problem->sensors;
-    o.filter.model().estimate(o.filter.shown(), row(out.x, i, N), row(out.sigma, i, N), row(out.covariance, i, N * N));
-    if (out.parts || out.plant_events) {
-        const auto parts = o.filter.model().parts(o.filter.shown());
-        if (out.parts) out.parts[i] = static_cast<std::uint8_t>(parts.count);
-        if (out.plant_events) out.plant_events[i] = parts.mean_events;
-    }
-    if (out.ready) out.ready[i] = o.filter.model().ready(o.filter.shown());
-    if (out.log_likelihood) {
-        const bool corrected = used && std::any_of(sensors, sensors + m, [](double y) { return !std::isnan(y); });
-        out.log_likelihood[i] = corrected ? o.number(o.layout().likelihood) : std::nan("");
-    }
-    const struct {
-        double* rows;
-        Layout::OfSensor what;
-    } wanted[] = {{out.innovation, Layout::innovation}, {out.innovation_sigma, Layout::innovation_sigma}, {out.nis, Layout::nis}};
-    for (const auto& w : wanted)
-        for (int k = 0; w.rows && k < m; ++k)
-            row(w.rows, i, m)[k] = used && !std::isnan(sensors[k]) ? o.number(o.layout().of_sensor(k, w.what)) : std::nan("");
-}
-
-// A value of NaN is no sample; any: there is one.
-hnav_status push_row(ObserverObject* o, hnav_filter* handle, const hnav_observer_run_input& in, std::size_t i, bool* any) {
-    const auto push = [&](auto* push_one, const double* values, int count) {
-        for (int k = 0; values && k < count; ++k) {
-            const double value = values[i * count + k];
-            if (std::isnan(value)) continue;
-            *any = true;
-            if (const hnav_status status = push_one(handle, k, in.t_s[i], value)) return status;
-        }
-        return HNAV_OK;
-    };
-    const hnav_status status = push(hnav_observer_push_input, in.inputs, o->problem->known);
-    return status ? status : push(hnav_observer_push, in.sensors, o->problem->sensors);
 }
 
 // Header of a snapshot.
@@ -77,13 +38,6 @@ bool hold_states(const ObserverObject* o, const unsigned char* snapshot, std::si
     return o->filter.visit_snapshot(snapshot, bytes, [&](const hnav::RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) o->plant->hold(s.x() + i * at.part_numbers + at.memory, by);
     });
-}
-
-// To the time of a row, whose samples, if it has any, have been pushed.
-hnav_status advance_row(ObserverObject* o, double t_s, bool any) {
-    if (const hnav_status status = hnav::check_time(o, t_s)) return status;
-    const double at_s = hnav::clock_time(t_s);
-    return hnav::advanced(o, t_s, any ? o->moved([&] { return o->filter.advance_row(at_s); }) : o->advance(at_s));
 }
 
 } // namespace
@@ -237,35 +191,6 @@ hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block bloc
     result.told = found.told;
     result.measured = found.measured;
     hnav::hand_out(result, proof);
-    return HNAV_OK;
-}
-
-hnav_status hnav_observer_run(hnav_filter* handle, size_t n, const hnav_observer_run_input* input,
-                              const hnav_observer_run_output* output, size_t* rows_done) {
-    if (rows_done) *rows_done = 0;
-    REQUIRE_OBJECT(ObserverObject, observer, handle);
-    REQUIRE_STRUCT(observer, input, hnav_observer_run_input);
-    REQUIRE_STRUCT(observer, output, hnav_observer_run_output);
-    if (n > 0) {
-        REQUIRE(observer, input->t_s);
-        REQUIRE(observer, input->sensors);
-    }
-    const hnav_observer_run_input in = hnav::take_in(*input);
-    const hnav_observer_run_output out = hnav::take_in(*output);
-    char first_trouble[sizeof observer->message] = "";
-    for (size_t i = 0; i < n; ++i) {
-        bool any = false;
-        hnav_status status = push_row(observer, handle, in, i, &any);
-        const std::uint64_t dropped = observer->dropped;
-        const double held = observer->held();
-        if (status == HNAV_OK || status == HNAV_ERROR_LATE_SAMPLE) status = advance_row(observer, in.t_s[i], any);
-        if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
-        if ((status == HNAV_ERROR_SOLVER || observer->held() > held) && !*first_trouble)
-            std::strcpy(first_trouble, observer->message);
-        write_row(*observer, in.sensors + i * observer->problem->sensors, observer->dropped == dropped, out, i);
-        if (rows_done) *rows_done = i + 1;
-    }
-    if (*first_trouble) std::strcpy(observer->message, first_trouble);
     return HNAV_OK;
 }
 

@@ -47,6 +47,7 @@ void Model::collect_all(State& s) const {
     const Layout& at = layout();
     double* v = s.x();
     const double interval_s = v[at.elapsed] + v[at.clock];
+    open_joint(s);
     for (int i = 0; i < parts_of(s); ++i) {
         collect(s, part_of(s, i));
         part_of(s, i)[at.elapsed] = 0;
@@ -295,6 +296,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
         double nu = work_->nu[i * p.sensors + k], variance = p.sensor_variance[k];
         for (int j = 0; j < p.N; ++j) nu -= h[j] * moved[j];
         if (inflation[k] != 1) variance *= inflation[k];
+        correct_joint(part, work_->P, h, nu, variance);
         const double S = correct_by(work_->P, moved, h, nu, variance);
         likelihood -= 0.5 * (nu * nu / S + std::log(2 * M_PI * S));
     }

@@ -17,6 +17,7 @@ constexpr double shortest_s = 1e-12; // shortest interval for a solver
 } // namespace
 
 bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
+    open_joint(s);
     Parts made{*this, work_->branches, 0};
     for (int i = 0; i < parts_of(s); ++i) {
         Run run(s, s.x()[layout().elapsed] + interval_s, *work_, &propagator, &made);

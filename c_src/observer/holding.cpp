@@ -18,6 +18,7 @@ void Model::hold(State& s, double by_s) const {
     const Layout& at = layout();
     double *v = s.x(), *P = work_->P, *dX = work_->gain;
     if (v[at.begun] == 0) return;
+    open_joint(s);
     const bool unpassed = trouble_->any && trouble_->function == Function::event;
     const double before_s = v[at.held], after_s = before_s + by_s, grows = after_s * after_s - before_s * before_s;
     for (int i = 0; i < parts_of(s); ++i) {
@@ -77,6 +78,7 @@ void Model::end_interval(State& s) const {
     double* v = s.x();
     if (v[at.holds] == 0) v[at.held] = 0;
     v[at.holds] = 0;
+    v[at.closed] = 1;
     std::copy_n(v, problem_->moving, v + at.from);
 }
 

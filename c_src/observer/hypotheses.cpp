@@ -182,6 +182,7 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
 
     const double l_jumped = density(a) / has_been;
     cut_by(l_jumped * (l_jumped - a));
+    cut_joint(e, k, sd, -l_jumped, l_jumped * (l_jumped - a), jumped);
     carry(e, cut, jumped);
     for (int i = 0; i < p.N; ++i) {
         X[i] = J[i];
@@ -195,6 +196,7 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
 
     const double l = density(a) / not_yet;
     cut_by(l * (l + a));
+    cut_joint(e, k, sd, l, l * (l + a), waiting);
     pack_upper(cut, p.N, waiting + at.P);
     for (int i = 0; i < p.N; ++i) X[i] = e.X[i] + l * k[i];
     waiting[at.weight] *= not_yet;
@@ -257,6 +259,7 @@ void Model::merge(double* part, const double* other) const {
     expected(part, X);
     expected(other, with);
     std::copy_n(part + at.P, triangle, P);
+    merge_joint(part, other, share, X, with);
     mixture::merge(problem_->N, share, X, P, with, other + at.P);
     double* beyond = work_->cut;
     for (int i = 0; i < problem_->N; ++i) beyond[i] = part[at.beyond + i] + share * (other[at.beyond + i] - part[at.beyond + i]);
@@ -265,6 +268,7 @@ void Model::merge(double* part, const double* other) const {
     part[at.weight] = sum;
     put(X, part);
     std::copy_n(P, triangle, part + at.P);
+    std::copy_n(work_->joint_merged, at.joint_numbers, part + at.joint);
 }
 
 // Distance of two parts, the largest difference in sigma.

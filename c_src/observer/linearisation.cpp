@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <initializer_list>
 
 namespace hnav::observer {
@@ -21,6 +22,11 @@ void Linearisation::create(Plant& plant) {
     for (const Function f : {Function::derivatives, Function::outputs})
         for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter})
             set_exact(f, v, problem_.sizes.count(v) > 0 && plant.offers(f, v));
+}
+
+void Linearisation::take_choices(const Linearisation& from) {
+    outputs_are_states_ = from.outputs_are_states_;
+    std::memcpy(exact_, from.exact_, sizeof exact_);
 }
 
 Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at, double* J) {

@@ -12,6 +12,8 @@ public:
     Linearisation(Arena& arena, const Problem& problem);
 
     void create(Plant& plant);
+    // Those of another one of the same plant.
+    void take_choices(const Linearisation& from);
 
     bool exact(Function function, Variable variable) const { return exact_[int(function)][int(variable)]; }
     void set_exact(Function function, Variable variable, bool is) { exact_[int(function)][int(variable)] = is; }

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 namespace hnav::observer {
-PassageMemory::PassageMemory(Arena& arena, const Problem& p)
+PassageMemory::PassageMemory(Arena& arena, const Problem& p, const Layout& layout)
     : X(arena.doubles(p.N)),
       slope(arena.doubles(p.N)),
       after(arena.doubles(p.N)),
@@ -17,10 +17,11 @@ PassageMemory::PassageMemory(Arena& arena, const Problem& p)
       P(arena.doubles(p.N * p.N)),
       memory(arena.doubles(p.sizes.memory)),
       memory_after(arena.doubles(p.sizes.memory)),
-      sides(arena.doubles(p.sizes.indicators)) {}
+      sides(arena.doubles(p.sizes.indicators)),
+      joint(arena.doubles(layout.joint_numbers)) {}
 
-Workspace::Workspace(Arena& arena, const Problem& p)
-    : layout(p),
+Workspace::Workspace(Arena& arena, const Problem& p, bool smooths)
+    : layout(p, smooths),
       linearisation(arena, p),
       x(arena.doubles(p.N)),
       u(arena.doubles(p.sizes.inputs)),
@@ -58,7 +59,12 @@ Workspace::Workspace(Arena& arena, const Problem& p)
       first_memory(arena.doubles(p.sizes.memory)),
       matrices(arena.doubles(5 * p.N * p.N)),
       stiff_start(arena.doubles(layout.numbers)),
-      passages{{arena, p}, {arena, p}} {}
+      joint(arena.doubles(layout.joint_numbers)),
+      joint_root(arena.doubles(layout.joint_numbers)),
+      joint_merged(arena.doubles(layout.joint_numbers)),
+      joint_row(arena.doubles(2 * p.N)),
+      distances(arena.doubles(p.N)),
+      passages{{arena, p, layout}, {arena, p, layout}} {}
 
 void Model::begin(State& s) const {
     const Problem& p = *problem_;
@@ -264,6 +270,7 @@ void Model::collect(const State& s, double* part) const {
             for (int j = 0; j < p.N; ++j) part[at.beyond + i] += part[at.S + i * p.N + j] * work_->cut[j];
         }
     }
+    flow_joint(part);
     std::fill(part + at.S, part + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) part[at.S + i * p.N + i] = 1;
     part[at.elapsed] += part[at.clock];

@@ -33,12 +33,12 @@ struct ModelSettings {
     double time_jump_limit_s = 0; // see forget_time
 };
 
-// Numbers of an event of the plant: N before and after it, their slopes, the gradient of its guard, the saltation matrix Xi, P and
-// the discrete state before it.
+// Numbers of an event of the plant: N before and after it, their slopes, the gradient of its guard, the saltation matrix Xi, P, the
+// discrete state and the joint moments before it.
 struct PassageMemory {
-    PassageMemory(Arena& arena, const Problem& problem);
+    PassageMemory(Arena& arena, const Problem& problem, const Layout& layout);
 
-    double *X, *slope, *after, *slope_after, *gradient, *Xi, *P, *memory, *memory_after, *sides;
+    double *X, *slope, *after, *slope_after, *gradient, *Xi, *P, *memory, *memory_after, *sides, *joint;
 };
 
 // An event of the plant and what it does to the estimate.
@@ -64,8 +64,8 @@ constexpr double smallest_weight = 1e-4; // of a part
 // Scratch memory of a model, valid within a call. One for each filter.
 class Workspace {
 public:
-    // Counts on an arena without memory.
-    Workspace(Arena& arena, const Problem& problem);
+    // Counts on an arena without memory. smooths: of a filter whose states keep their joint moments.
+    Workspace(Arena& arena, const Problem& problem, bool smooths = false);
 
     const Layout layout; // computed once: needed at each evaluation of the flow
     Linearisation linearisation;
@@ -84,6 +84,8 @@ public:
     double* first_memory; // discrete state at the start
     // Five matrices N x N; a state for the creation of the stiff solver.
     double *matrices, *stiff_start;
+    // Joint moments of the mean of points, M of joint.cpp (N x N), joint moments of a merger; twice N; N: a point along the columns of a root.
+    double *joint, *joint_root, *joint_merged, *joint_row, *distances;
     PassageMemory passages[2];
 };
 
@@ -126,7 +128,7 @@ public:
     bool flows(const State& s) const { return s.x()[layout().begun] != 0; }
     bool plausible(const State& s) const;
     void normalise(State&) const {}
-    void before_flow(State&, const Event&) const {}
+    void before_flow(State&, const Event&) const {} // what begins with an interval begins where the state is first changed
     int flow(const State& s, const double* x, double* dx, const Piece& piece = {}) const;
     bool crosses() const { return problem_->sizes.events; }
     bool cross(State& s, double interval_s, Propagator& propagator) const;
@@ -160,6 +162,17 @@ public:
         double largest, events, mean_events;
     };
     Summary parts(const State& s) const;
+
+    // For a smoother: number of the instant (the same while it is corrected again), and whether the estimate has begun.
+    double instant(const State& s) const { return s.x()[layout().events]; }
+    // Of X, untruncated, just after an event: mean (N) and covariance (N x N). With the instant before: how far the mean of X there moves
+    // by what came since (N), its covariance then (N x N), and its covariance with X now (N x N, rows of the instant before).
+    struct Joint {
+        double *X, *P, *moved, *origin_P, *C;
+    };
+    void joint_moments(const State& s, const Joint& to) const;
+    // Mean (N) and covariance (N x N) of an untruncated Gaussian become those of the estimate.
+    void finish(double* X, double* P) const;
 
     // Counts of a sensor's health.
     const Check& check(const State& s, int sensor) const {
@@ -254,6 +267,19 @@ private:
     const double* part_of(const State& s, int i) const { return s.x() + i * layout().part_numbers; }
     Check& check(State& s, int sensor) const { return reinterpret_cast<Check*>(s.x() + layout().checks)[sensor]; }
     Parts parts_in(State& s) const { return {*this, s.x(), parts_of(s)}; }
+
+    // joint.cpp
+    bool smooths() const { return layout().joint_numbers > 0; }
+    void open_joint(State& s) const;
+    void flow_joint(double* part) const;
+    void correct_joint(double* part, const double* P, const double* h, double innovation, double variance) const;
+    void carry_joint(const double* Xi, double* part) const;
+    void cut_joint(const Passage& e, const double* k, double sd, double l, double q, double* part) const;
+    void merge_joint(const double* part, const double* other, double share, const double* X, const double* Y) const;
+    void condition_joint(const double* k, int c, const double* d, double sd) const;
+    void place_point_joint(const double* distances, int columns, double* point) const;
+    void begin_cubature_joint(const double* L, const double* part) const;
+    void end_cubature_joint(const double* points, double* part) const;
 
     // corrections.cpp
     void collect_all(State& s) const;
@@ -365,6 +391,14 @@ inline double variance_along(const double* g, const double* P, int n) {
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j) variance += g[i] * P[i * n + j] * g[j];
     return variance;
+}
+
+// The first rows of M v, of a v whose other numbers stay.
+inline void times_rows(const double* M, int rows, int n, const double* v, double* out) {
+    for (int i = 0; i < rows; ++i) {
+        out[i] = 0;
+        for (int k = 0; k < n; ++k) out[i] += M[i * n + k] * v[k];
+    }
 }
 
 // Upper triangles, row by row.

@@ -73,7 +73,7 @@ using Check = SensorCheck<double, 1>;
 // Layout of a state: up to four parts, each with its own discrete state of the plant, then the shared numbers. A plant without
 // events has one part.
 struct Layout {
-    explicit Layout(const Problem& p)
+    explicit Layout(const Problem& p, bool smooths = false)
         : S(p.moving),
           Qd(S + p.moving * p.N),
           clock(Qd + triangle(p.N)),
@@ -87,7 +87,9 @@ struct Layout {
           next_event(weight + 3),
           sides(weight + 4),
           memory(sides + p.sizes.indicators),
-          part_numbers(memory + p.sizes.memory),
+          joint(memory + p.sizes.memory),
+          joint_numbers(smooths ? p.N + triangle(p.N) + p.N * p.N : 0),
+          part_numbers(joint + joint_numbers),
           parts(p.sizes.events ? max_parts : 1),
           inputs(parts * part_numbers),
           information(inputs + p.known),
@@ -106,7 +108,8 @@ struct Layout {
           wants_event(t + 12),
           held(t + 13),
           holds(t + 14),
-          from(t + 15),
+          closed(t + 15),
+          from(t + 16),
           course(from + p.moving),
           counts(course + p.moving),
           sensors(counts + all_counts),
@@ -128,16 +131,19 @@ struct Layout {
     int beyond;
     // Weight; events of the plant with an effect; time of the next time event; 1 where an indicator is above 0; discrete
     // state of the plant.
-    int weight, elapsed, jumps, next_event, sides, memory, part_numbers;
+    int weight, elapsed, jumps, next_event, sides, memory;
+    // For a smoother, otherwise empty: the joint moments with X at the instant before, see joint.cpp.
+    int joint, joint_numbers;
+    int part_numbers;
 
     int parts;
     int inputs, information;
     // Of the newest event; usual length of intervals; flags and counts; log-likelihood of the newest correction; whether the plant
     // was stiff in the newest interval; time of the newest correction; whether the plant requests an event at the end of the newest step
     // of an integrator outside; how long the estimate has been held since the plant's last complete interval, and whether it is held in
-    // this one; the moving numbers after the newest event, and their largest recent rates.
+    // this one; whether the joint moments are complete, so that the next interval begins others; the moving numbers after the newest event, and their largest recent rates.
     int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event, held,
-        holds, from, course, counts, sensors, checks;
+        holds, closed, from, course, counts, sensors, checks;
     int numbers;
 };
 

@@ -179,6 +179,7 @@ bool Model::pass(Run& run, const double* part, double t_s, Cause cause, int guar
     const Layout& at = layout();
     std::copy_n(part + at.memory, p.sizes.memory, e.memory);
     std::copy_n(part + at.sides, p.sizes.indicators, e.sides);
+    std::copy_n(part + at.joint, at.joint_numbers, e.joint);
     e.elapsed = part[at.elapsed];
     e.next_event = part[at.next_event];
     e.derivable = true;
@@ -254,7 +255,7 @@ bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, 
     return true;
 }
 
-// Xi P Xi' plus the floor, to the part, and the difference to its bounds.
+// Xi P Xi' plus the floor, to the part, the difference to its bounds, and its joint moments.
 void Model::carry(const Passage& e, const double* P, double* part) const {
     const Problem& p = *problem_;
     double *product = work_->product, *to = part + layout().P, *beyond = part + layout().beyond;
@@ -276,6 +277,7 @@ void Model::carry(const Passage& e, const double* P, double* part) const {
             for (int k = 0; k < p.N; ++k) sum += product[i * p.N + k] * e.Xi[j * p.N + k];
             *to++ = sum;
         }
+    carry_joint(e.Xi, part);
 }
 
 } // namespace hnav::observer

@@ -50,9 +50,12 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     const Layout& at = layout();
     const int N = p.N;
     double *v = s.x(), *points = work_->matrices, *L = points + 2 * N * N, *P = L + N * N, *mean = work_->probe;
+    open_joint(s);
+    flow_joint(v);
     covariance(s, v, v + at.P, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
     root_of(N, P, L);
+    begin_cubature_joint(L, v);
     expected_uncut(v, v, mean);
     std::copy_n(v, nx(), work_->step_from);
     bool whole = true;
@@ -74,6 +77,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     place(mean, P, v);
     put(mean, v);
     pack_upper(P, N, v + at.P);
+    end_cubature_joint(points, v);
     std::fill(v + at.S, v + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) v[at.S + i * N + i] = 1;
     v[at.elapsed] += v[at.clock] + interval_s;

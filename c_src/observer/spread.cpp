@@ -73,6 +73,7 @@ int Model::root_along_guards(double* P, double* L) const {
         }
         if (!(variance > 0)) return;
         for (int i = 0; i < N; ++i) k[i] /= std::sqrt(variance);
+        condition_joint(k, columns, direction, std::sqrt(variance));
         for (int i = 0; i < N; ++i)
             for (int j = 0; j < N; ++j) P[i * N + j] -= k[i] * k[j];
         ++columns;
@@ -106,6 +107,7 @@ bool Model::spread(Run& run, double* part) const {
     expected(start, mean);
     unpack_upper(start + at.P, N, 1, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * left_s * p.noise[i];
+    std::copy_n(start + at.joint, at.joint_numbers, work_->joint);
     const int columns = root_along_guards(P, L), others = std::max(0, columns - 2);
     const Spread of{mean, L, columns, start[at.weight] / (others > 0 ? 4 * count : 2 * count)};
     Parts groups{*this, part, 0};
@@ -125,18 +127,21 @@ bool Model::send(const Run& run, const Spread& of, int k, double side, double ot
     const Problem& p = *problem_;
     const Layout& at = layout();
     const int N = p.N, count = spread_count(N), others = std::max(0, of.columns - 2);
-    double *X = work_->x, *point = work_->point;
-    for (int i = 0; i < N; ++i) {
-        X[i] = of.mean[i];
-        for (int c = 0; c < std::min(2, of.columns); ++c) X[i] += side * work_->plane[2 * k + c] * of.root[c * N + i];
-    }
+    double *X = work_->x, *point = work_->point, *distance = work_->distances;
+    std::fill_n(distance, of.columns, 0.0);
+    for (int c = 0; c < std::min(2, of.columns); ++c) distance[c] = side * work_->plane[2 * k + c];
     if (others > 0) {
         const int c = k % others, points = count / others + (c < count % others);
-        for (int i = 0; i < N; ++i) X[i] += other * std::sqrt(double(count) / points) * of.root[(2 + c) * N + i];
+        distance[2 + c] = other * std::sqrt(double(count) / points);
+    }
+    for (int i = 0; i < N; ++i) {
+        X[i] = of.mean[i];
+        for (int c = 0; c < of.columns; ++c) X[i] += distance[c] * of.root[c * N + i];
     }
     std::copy_n(work_->segment, at.part_numbers, point);
     std::fill(point + at.P, point + at.weight, 0.0);
     point[at.weight] = of.weight;
+    place_point_joint(distance, of.columns, point);
     put(X, point);
     Run of_point(run.s, run.interval_s, *work_, run.propagator);
     of_point.alone = true;

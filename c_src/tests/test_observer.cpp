@@ -661,6 +661,38 @@ TEST(Observer, NothingAllocatesAfterCreate) {
 #endif
 }
 
+// The last row has no later samples; the state of the filter does not change.
+TEST(Observer, SmoothsARecordingAndStaysWhereItIs) {
+    constexpr size_t n = 200, N = 2;
+    Numbers t(n), y(n), x(n * N), sigma(n * N), smooth_x(n * N), smooth_sigma(n * N);
+    Random random(8);
+    for (size_t i = 0; i < n; ++i) {
+        t[i] = 0.05 * static_cast<double>(i);
+        y[i] = 2 * std::cos(t[i]) + random.normal(0.05);
+    }
+    auto in = hnav_sized<hnav_observer_run_input>();
+    in.t_s = t.data();
+    in.sensors = y.data();
+    auto out = hnav_sized<hnav_observer_run_output>();
+    out.x = x.data();
+    out.sigma = sigma.data();
+    const Observer o(oscillator());
+    ASSERT_EQ(hnav_observer_run(o, n, &in, &out, nullptr), HNAV_OK);
+    const Bytes before = o.saved();
+    out.x = smooth_x.data();
+    out.sigma = smooth_sigma.data();
+    ASSERT_EQ(hnav_observer_smooth(o, n, &in, &out), HNAV_OK);
+    EXPECT_EQ(o.saved(), before);
+    for (size_t k = 0; k < N; ++k) {
+        EXPECT_EQ(smooth_x[(n - 1) * N + k], x[(n - 1) * N + k]);
+        EXPECT_LT(smooth_sigma[n / 2 * N + k], 0.8 * sigma[n / 2 * N + k]);
+    }
+    t[7] = t[6] - 1;
+    EXPECT_EQ(hnav_observer_smooth(o, n, &in, &out), HNAV_ERROR_TIME_BACKWARDS) << o.message();
+    EXPECT_EQ(hnav_observer_smooth(o, n, nullptr, &out), HNAV_ERROR_NULL_ARGUMENT);
+    EXPECT_EQ(o.saved(), before);
+}
+
 TEST(Observer, AStiffIntervalAllocatesNothing) {
 #ifndef HNAV_HEAP_IS_COUNTED
     GTEST_SKIP() << "the heap is not counted here";

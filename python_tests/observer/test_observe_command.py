@@ -61,6 +61,20 @@ def test_a_table_of_samples_becomes_a_table_of_estimates(little_fmu, files):
     assert np.array_equal(table["nis.x"], expected.nis["x"], equal_nan=True)
 
 
+def test_a_table_and_a_page_with_hindsight(little_fmu, files, tmp_path):
+    pytest.importorskip("plotly", reason="Plotly is not installed: no pages")
+    plan, data, out = files
+    page = tmp_path / "page.html"
+    done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out, "--report", page, "--smooth")
+    assert done.returncode == 0, done.stderr
+    assert "# smoothed: every row from all samples" in out.read_text()
+    assert "every row from all samples" in page.read_text()
+    table = pd.read_csv(out, comment="#", dtype=str).astype(float)
+    given = pd.read_csv(data, dtype=str).astype(float)
+    expected = Observer(little_plan(little_fmu), horizon_s=0.1).smooth(T_S, {"x": given["x"]}, {"u": given["u"]})
+    assert np.array_equal(table["v"], expected.x["v"]) and np.array_equal(table["sigma.x"], expected.sigma["x"])
+
+
 def test_a_page_shows_estimates_innovations_and_derivatives(little_fmu, files, tmp_path):
     pytest.importorskip("plotly", reason="Plotly is not installed: no pages")
     plan, data, _ = files
@@ -88,6 +102,7 @@ def test_a_page_shows_estimates_innovations_and_derivatives(little_fmu, files, t
     [
         (["--data", "DATA"], "--data belongs to --out, --report, --check or --tune"),
         (["--data", "DATA", "--out", "OUT"], "a plan is missing"),
+        (["--plan", "PLAN", "--smooth"], "--smooth belongs to --out or --report"),
         (["--plan", "PLAN", "--data", "DATA", "--out", "DATA"], "is read by this command"),
         (["--plan", "PLAN", "--data", "PLAN", "--out", "OUT"], "plan.toml"),
         (["--plan", "nowhere.toml"], "nowhere.toml"),

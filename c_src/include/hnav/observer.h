@@ -208,6 +208,7 @@ typedef struct hnav_observer_run_output { /* null: not written */
     double* log_likelihood; /* n: of the samples of a row, given the previous ones; NaN without a sample */
     uint8_t* parts; /* n: see hnav_observer_info */
     double* plant_events; /* n: events that have occurred, mean of the parts */
+    uint8_t* failed; /* n: 0; plus 1: the plant failed and the samples were dropped; plus 2: the estimate was held before it */
 } hnav_observer_run_output;
 
 /* A row for which the plant fails is dropped and counted, or the estimate is held before it (see hnav_observer_info.held), and the run
@@ -215,6 +216,13 @@ typedef struct hnav_observer_run_output { /* null: not written */
  * NON_FINITE (time, infinite samples), TIME_BACKWARDS. */
 HNAV_API hnav_status hnav_observer_run(hnav_filter* filter, size_t n, const hnav_observer_run_input* input,
                                        const hnav_observer_run_output* output, size_t* rows_done);
+
+/* As run, with hindsight: x, sigma and covariance of each row are from all samples, before and after it (Rauch-Tung-Striebel over the
+ * whole mixture, through events too). The other outputs are those of the filter, except ready: at this row or a later one. Rows before
+ * the start are not smoothed. From the start of the plant; the filter itself is unchanged. Takes about twice as long as run, and
+ * 8 (N + 1.5 N^2) bytes a row. Errors: as of run, OUT_OF_MEMORY. */
+HNAV_API hnav_status hnav_observer_smooth(hnav_filter* filter, size_t n, const hnav_observer_run_input* input,
+                                          const hnav_observer_run_output* output);
 
 /* ------------------------------------------------------------------------------------------------ hybrid view */
 

@@ -10,6 +10,7 @@ import typer
 
 from hnav import __version__
 from hnav.cli.console import bar, say
+from hnav.cli.navigation import SMOOTHED
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
@@ -65,6 +66,9 @@ def command(
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
     ] = False,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="Estimates with hindsight: every row from all samples, before and after it")
+    ] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Say what the samples of --data can tell at all of each state and parameter")
     ] = False,
@@ -77,16 +81,11 @@ def command(
     ] = 0.01,
     covariance: WithCovariance = None,
 ) -> None:
-    refuse(fmu, plan, data, tune or check or out is not None or report is not None, export)
+    refuse(fmu, plan, data, tune or check, smooth, [out, report], export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
     watch(fmu)
     if plan is None:
-        plant = plant_of_file(fmu)
-        if isinstance(plant, Plant):
-            tell_functions(plant, fmu.name)
-        else:
-            tell(read_model_description(plant), prove)
-        return
+        return describe_plant(fmu, prove)
     observer = Observer(read_plan(plan, fmu))
     for sentence in observer.lies():
         say(sentence)
@@ -97,24 +96,31 @@ def command(
     elif data is None and not prove:
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
     if data is not None:
-        use_samples(observer, data, check, tune, out, report)
+        use_samples(observer, data, check, tune, smooth, out, report)
 
 
-def use_samples(observer: Observer, data: Path, check: bool, tune: bool, out: Path | None, report: Path | None) -> None:
+def use_samples(
+    observer: Observer, data: Path, check: bool, tune: bool, smooth: bool, out: Path | None, report: Path | None
+) -> None:
     """All that is made of samples. Exits with INCOMPLETE where the plant had no answer."""
     if check:
         tell_observability(observer, data)
     if tune:
         tell_noises(observer, data)
     if out is not None or report is not None:
-        run = observe(observer, data, out, report)
+        run = observe(observer, data, smooth, out, report)
         if run.dropped or run.held:
             raise typer.Exit(INCOMPLETE)
 
 
-def refuse(fmu: Path, plan: Path | None, data: Path | None, wanted: bool, export: Path | None) -> None:
-    """Raises UsageError for options that do not fit each other; wanted: something is to be made of the samples."""
-    if (data is not None) != wanted:
+def refuse(
+    fmu: Path, plan: Path | None, data: Path | None, examined: bool, smooth: bool, files: list[Path | None], export: Path | None
+) -> None:
+    """Raises UsageError for options that do not fit each other; examined: by --check or --tune, files: of estimates."""
+    written = any(file is not None for file in files)
+    if smooth and not written:
+        raise UsageError("--smooth belongs to --out or --report, which write the estimates")
+    if (data is not None) != (examined or written):
         raise UsageError("--data belongs to --out, --report, --check or --tune: samples in, estimates or noises out")
     if plan is None and (data is not None or export is not None):
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
@@ -150,22 +156,17 @@ def samples_of(plan: Plan, data: Path) -> Samples:
     return t_s, sensors, {name: columns[column] for name, column in inputs.items() if column in columns}, columns
 
 
-def observe(observer: Observer, data: Path, out: Path | None, report: Path | None) -> ObserverRun:
+def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, report: Path | None) -> ObserverRun:
     """Estimates from a table, into a table and a page."""
     plan = observer.plan
     t_s, sensors, inputs, columns = samples_of(plan, data)
     wanted = {*plan.sensors, *(known.column for known in plan.inputs.values())}
-    run = observer.run(t_s, sensors, inputs)
+    run = observer.run(t_s, sensors, inputs, smooth=smooth)
     found = findings(run, plan)
     if out is not None:
         made = plan.plant.name if isinstance(plan.plant, ModelDescription) else "functions"
-        write_files(
-            {
-                out: sample_table(
-                    [f"hnav {__version__}", f"observer of {made}", f"samples {data}"], {"t_s": run.t_s, **run.columns()}
-                )
-            }
-        )
+        lines = [f"hnav {__version__}", f"observer of {made}", f"samples {data}", *([SMOOTHED] if smooth else [])]
+        write_files({out: sample_table(lines, {"t_s": run.t_s, **run.columns()})})
     if report is not None:
         # Plotly takes a while to load.
         from hnav.reports.observer_page import report_observer
@@ -290,6 +291,15 @@ def verdict_of(ahead_nis: float, correlation: float) -> str:
 
 
 # --------------------------------------------------------------------------------------------- what there is
+
+
+def describe_plant(file: Path, prove: bool) -> None:
+    """Without a plan: what there is, and one to start with."""
+    plant = plant_of_file(file)
+    if isinstance(plant, Plant):
+        tell_functions(plant, file.name)
+    else:
+        tell(read_model_description(plant), prove)
 
 
 def tell_functions(plant: Plant, name: str) -> None:

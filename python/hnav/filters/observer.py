@@ -48,6 +48,7 @@ class ObserverOptions(OptionSet):
 
 
 NAMED = 3  # estimates in the line of a run
+_DROPPED, _HELD = 1, 2  # bits of hnav_observer_run_output.failed
 
 # --------------------------------------------------------------------------------------------- results
 
@@ -86,12 +87,15 @@ class ObserverRun(RunBase):
     """Intervals for the rest of which the plant had no answer: the estimate was held there, with a sigma that grew."""
     plan: Plan
     """That of the observer."""
+    smoothed: bool = False
+    """x, sigma and covariance are from all samples, before and after a row."""
 
     def in_one_line(self) -> str:
         """Rows, length, last estimate."""
         last = [f"{name} {self.x[name][-1]:.4g} ± {self.sigma[name][-1]:.2g}" for name in self.x] if len(self.t_s) else []
         named = ", ".join(last[:NAMED]) + (", ..." if len(last) > NAMED else "")
-        return f"{self.size_in_words()}, last {named or 'nothing'}, {'ready' if self.ready[-1:].any() else 'not ready'}"
+        smoothed = ", smoothed" if self.smoothed else ""
+        return f"{self.size_in_words()}{smoothed}, last {named or 'nothing'}, {'ready' if self.ready[-1:].any() else 'not ready'}"
 
     def columns(self) -> dict[str, np.ndarray]:
         """Those of the table: estimates by name, sigma.NAME, innovation.SENSOR, nis.SENSOR; parts and events of a plant that has events."""
@@ -345,10 +349,11 @@ class Observer(StatefulObject):
         return contradicted(self.proof(), self.plan)
 
     def run(
-        self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None
-    ) -> ObserverRun:
+        self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None, *, smooth: bool = False,
+    ) -> ObserverRun:  # fmt: skip
         """Row after row, bit for bit as push and advance (of inputs that are interpolated with the means to the next row): t_s is n, each array n with NaN where there is no sample. Sensors that are
-        not given have none. An instant for which the plant has no answer is dropped and counted."""
+        not given have none. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
+        smooth."""
         plan, t = self.plan, times(t_s)
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _converted(_columns(sensors, plan.sensors, n, "sensor"), plan.sensors)
@@ -359,17 +364,17 @@ class Observer(StatefulObject):
                 held[:, k] = _means_to_the_next(t, held[:, k])
         x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
         innovation, nis, likelihood, events = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n)
-        ready, parts = np.empty(n, np.uint8), np.empty(n, np.uint8)
+        ready, parts, failed = np.empty(n, np.uint8), np.empty(n, np.uint8), np.empty(n, np.uint8)
         given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
         wanted = new(
             "hnav_observer_run_output", x=address(x), sigma=address(sigma), covariance=address(covariance),
             innovation=address(innovation), nis=address(nis), ready=address(ready), log_likelihood=address(likelihood),
-            parts=address(parts), plant_events=address(events),
+            parts=address(parts), plant_events=address(events), failed=address(failed),
         )  # fmt: skip
-        before = self.info()
-        self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
-        after = self.info()
-        dropped = after.dropped - before.dropped
+        if smooth:
+            self._do("hnav_observer_smooth", n, given, wanted)
+        else:
+            self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
         if self._asked is not None:
             self._asked.raise_kept()
         return ObserverRun(
@@ -385,10 +390,20 @@ class Observer(StatefulObject):
             parts=parts,
             plant_events=events,
             proof=self.proof(),
-            dropped=dropped,
-            held=after.held - before.held,
-            dropped_because=text(library().hnav_filter_message(self._handle)) if dropped or after.held > before.held else "",
+            dropped=int((failed & _DROPPED > 0).sum()),
+            held=int((failed & _HELD > 0).sum()),
+            dropped_because=text(library().hnav_filter_message(self._handle)) if failed.any() else "",
+            smoothed=smooth,
         )
+
+    def smooth(self, *samples: Any, **named: Any) -> ObserverRun:
+        """As run, with hindsight: x, sigma and covariance of a row are from all samples, before and after it, through events of the plant
+        too (Rauch-Tung-Striebel over all parts of the estimate). From the start of the plan; the observer itself stays where it is.
+        innovation, nis, log_likelihood and parts are those of the filter; ready: at this row or a later one.
+
+            Observer(plan).smooth(t_s, {"x0": y})
+        """
+        return self.run(*samples, **(named | {"smooth": True}))
 
     def export(
         self, path: Path | str, fmi_version: int = 2, *, period_s: float = 0.01, covariance: bool | None = None

@@ -70,7 +70,7 @@ def view(run: ObserverRun, found: list[Finding]) -> View:
 def _header(seen: View, title: str, doubts: list[str]) -> str:
     facts = {
         "estimated": ", ".join(seen.run.x), "sensors": ", ".join(seen.run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
-        "rows": str(len(seen.t_s)), "hnav": __version__,
+        "rows": str(len(seen.t_s)), **({"hindsight": "every row from all samples"} if seen.run.smoothed else {}), "hnav": __version__,
     }  # fmt: skip
     return heading_of(title, facts, doubts)
 

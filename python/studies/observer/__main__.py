@@ -8,21 +8,21 @@ import typer
 from rich.table import Column, Table
 
 from hnav.cli.console import show
-from hnav.cli.words import UsageError
-from studies.command import study
-from studies.observer import cost, events, laws, smooth
+from studies.command import check_choices, study
+from studies.observer import cost, events, hindsight, laws, smooth
 
 
 def command(
     runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50,
-    part: Annotated[str | None, typer.Option(help="errors, laws or cost")] = None,
+    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws or cost")] = None,
 ) -> None:
     """Whether the observer's sigmas are right, and what it costs."""
-    if part not in (None, "errors", "laws", "cost"):
-        raise UsageError(f"--part {part}: choose errors, laws or cost")
+    check_choices("--part", [part], ("errors", "hindsight", "laws", "cost"))
     if part in (None, "errors"):
         show(smooth_table(runs))
         show(events_table(runs), width=120)
+    if part in (None, "hindsight"):
+        show(hindsight_table(runs), width=120)
     if part in (None, "laws"):
         show(laws_table(), width=120)
     if part in (None, "cost"):
@@ -45,6 +45,14 @@ def events_table(runs: int) -> Table:
     for e in events.results(runs):
         figures = f"{e.nees:.3f}", f"{e.rms:.4f}", f"{e.rms_particles:.4f}", f"{e.rms / e.rms_particles:.3f}", f"{e.parts:.2f}"
         table.add_row(e.plant, *figures, f"{e.us_per_sample:.1f}")
+    return table
+
+
+def hindsight_table(runs: int) -> Table:
+    table = table_of("plant, with hindsight", "NEES/n, filter", "smoother", "rms, filter", "smoother", "ratio")
+    for r in hindsight.results(runs):
+        figures = [f"{value:.3f}" for value in r.nees] + [f"{value:.4f}" for value in r.rms] + [f"{r.rms[1] / r.rms[0]:.3f}"]
+        table.add_row(r.plant, *figures)
     return table
 
 

@@ -115,6 +115,14 @@ def cases() -> Iterator[Case]:
     yield Case("relay with hysteresis", heater(), {"T": 0.0}, (0.3,), (0.1,), 0.1, 0.1, 60, heat, 0)
 
 
+def plan_of(case: Case) -> Plan:
+    """What is known of it."""
+    plan = Plan(case.plant).sensor(next(iter(case.start)), noise=case.sensor_sigma)
+    for name, sigma, noise in zip(case.start, case.sigma, case.noise):
+        plan.state(name, start=case.start[name], start_sigma=sigma, noise=noise)
+    return plan
+
+
 def truth_and_samples(case: Case, rng: np.random.Generator) -> tuple[Array, Array]:
     """States at each sample, and the samples of the first of them."""
     x = _begin(case, rng, 1)
@@ -158,10 +166,7 @@ def measured(case: Case, runs: int, first_seed: int) -> EventResult:
     sensor = next(iter(case.start))
     for seed in range(first_seed, first_seed + runs):
         truth, y = truth_and_samples(case, np.random.default_rng(seed))
-        plan = Plan(case.plant).sensor(sensor, noise=case.sensor_sigma)
-        for name, sigma, noise in zip(case.start, case.sigma, case.noise):
-            plan.state(name, start=case.start[name], start_sigma=sigma, noise=noise)
-        observer = Observer(plan, start_mode="given")
+        observer = Observer(plan_of(case), start_mode="given")
         begin = time.thread_time()
         run = observer.run(case.interval_s * np.arange(1, len(y) + 1), {sensor: y})
         spent.append((time.thread_time() - begin) / len(y))
