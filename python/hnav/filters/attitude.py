@@ -101,12 +101,17 @@ class Filter(FilterObject):
         A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
         arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
-        made = self._batch("smooth" if smooth else "run", t_s, (rate_b_rad_s, force_b_m_s2, field_b_tesla), only)
-        if check:
-            from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
+        samples = rate_b_rad_s, force_b_m_s2, field_b_tesla
+        try:
+            return self._batch("smooth" if smooth else "run", t_s, samples, only)
+        except HnavValueError:
+            check = False  # arrays of other shapes
+            raise
+        finally:
+            if check:  # also where a wrong unit is why the filter cannot go on
+                from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
 
-            warn_of_meaningless(made.t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)
-        return made
+                warn_of_meaningless(times(t_s), *samples)
 
     @with_arguments_of(run)
     def smooth(self, *samples: Any, **named: Any) -> Run:
@@ -166,6 +171,8 @@ class Filter(FilterObject):
             if error.status in ("late sample", "time backwards") and str(error).startswith("row 0:"):
                 begins = f"t_s begins at {t[0]:g} s, before the time that this filter stands at: reset() it first"
                 raise HnavRuntimeError(error.status, f"{begins} ({error})") from None
+            if error.status == "late sample":
+                raise HnavRuntimeError(error.status, f"{error}: t_s runs back, sort the rows by it") from None
             raise
         run.options = self.options
         return run

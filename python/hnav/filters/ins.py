@@ -19,12 +19,13 @@ parallel; one filter serves one thread at a time.
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from hnav.errors import HnavValueError
+from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.filters.filter_object import FilterObject, with_arguments_of
 from hnav.filters.ins_aids import Aids
 from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsRun, Navigation, Observed, unfilled_run
@@ -97,6 +98,10 @@ class Ins(FilterObject):
         """
         if every < 1:
             raise HnavValueError("option", f"every = {every}: it is at least 1", "every")
+        if aids is not None and not isinstance(aids, Aids):
+            raise HnavValueError(
+                "option", "aids is an object of hnav.Aids; a field goes by Aids().mag(t_s, field_b_tesla, ...)", "aids"
+            )
         t = times(t_s)
         rate, force = doubles(rate_b_rad_s, (len(t), 3), "rate_b_rad_s"), doubles(force_b_m_s2, (len(t), 3), "force_b_m_s2")
         valid, received, sensor, value = (aids or Aids()).arrays()
@@ -116,6 +121,9 @@ class Ins(FilterObject):
             from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
 
             warn_of_meaningless(t, rate, force)
+            if len(t) and len(valid) and not ((received <= t[-1]) & (valid >= t[0] - self.options.horizon_s)).any():
+                shown = f"no aid is of the time of the recording: t_s {t[0]:g} to {t[-1]:g} s, aids {valid.min():g} to {valid.max():g} s"
+                warnings.warn(f"{shown}; give both one clock", PlausibilityWarning, stacklevel=2)
         return run
 
     @with_arguments_of(run)

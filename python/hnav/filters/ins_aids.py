@@ -15,6 +15,10 @@ AIDS = SENSORS[SENSORS.index("mag") :]
 """What samples of aids are of: mag, heading, rest, speed, pressure, velocity, position."""
 
 
+WIDTHS = {"mag": 3, "heading": 1, "rest": 0, "speed": 1, "pressure": 1, "velocity": 3, "position": 3}
+"""Numbers of one sample."""
+
+
 @dataclass
 class Aids:
     """Samples of aids for Ins.run, from any number of sources. Each call adds m samples and answers the same object.
@@ -33,6 +37,10 @@ class Aids:
     ) -> Aids:  # fmt: skip
         """Places: m each; sigma north, east, down."""
         place = np.stack(np.broadcast_arrays(*(times(np.atleast_1d(v)) for v in (latitude_rad, longitude_rad, height_m))), 1)
+        for name, values, largest in (("latitude_rad", place[:, 0], np.pi / 2), ("longitude_rad", place[:, 1], 2 * np.pi)):
+            if len(values) and np.nanmax(np.abs(values), initial=0.0) > largest:
+                shown = f"{name} = {values[np.nanargmax(np.abs(values))]:.6g}: beyond {largest:.4f} rad"
+                raise HnavValueError("out of range", f"{shown}; of degrees take np.radians", name)
         return self._add("position", t_s, place, sigma_n_m, received_s)
 
     def velocity(
@@ -85,12 +93,13 @@ class Aids:
     def _add(
         self, sensor: str, t_s: npt.ArrayLike, values: np.ndarray, sigma: npt.ArrayLike | None, received_s: npt.ArrayLike | None
     ) -> Aids:
-        t = times(np.atleast_1d(np.asarray(t_s, float)))
-        read = values.reshape(len(t), -1) if values.size == len(t) * (values.size // max(1, len(t))) else values
-        if read.ndim != 2 or len(read) != len(t):
+        t = times(np.atleast_1d(np.asarray(t_s)))
+        shape = (len(t), WIDTHS[sensor])
+        if values.shape not in (shape, (len(t),) if shape[1] == 1 else shape, shape[1:] if len(t) == 1 else shape):
             raise HnavValueError(
-                "size", f"{sensor} has the shape {values.shape}, expected one row for each of {len(t)} times", sensor
+                "size", f"{sensor} has the shape {values.shape}, expected {shape}: one row for each of {len(t)} times", sensor
             )
+        read = values.reshape(shape)
         width = 0 if sigma is None else max(1, read.shape[1])
         sigmas = np.asarray(0.0 if sigma is None else sigma, float)
         sigmas = np.broadcast_to(sigmas[:, None] if sigmas.shape == (len(t),) else sigmas, (len(t), width))
@@ -98,7 +107,7 @@ class Aids:
         table[:, : read.shape[1]] = read
         table[:, read.shape[1] : read.shape[1] + width] = sigmas
         needed = [0, 1, 3, 4] if sensor == "velocity" else range(read.shape[1] + width)
-        received = t if received_s is None else times(np.atleast_1d(np.asarray(received_s, float)))
+        received = t if received_s is None else times(np.atleast_1d(np.asarray(received_s)))
         if received.shape != t.shape:
             raise HnavValueError("size", f"received_s has the shape {received.shape}, expected {t.shape}", "received_s")
         whole = np.isfinite(table[:, list(needed)]).all(axis=1) & np.isfinite(t) & np.isfinite(received)

@@ -43,6 +43,7 @@ RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_r
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples to judge by
+STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
@@ -283,7 +284,7 @@ def _piled_up(column: np.ndarray, smallest: float) -> Iterator[tuple[float, int]
 def _repeated(recording: Recording, live: Samples) -> Iterator[Finding]:
     if "gyro" in live and "accel" in live:
         both = np.hstack([recording.rate_b_rad_s, recording.force_b_m_s2])
-        both = both[~np.isnan(both).any(axis=1)]
+        both = both[np.isfinite(both).all(axis=1)]
         repeats = (both[1:] == both[:-1]).all(axis=1)
         if len(both) >= ENOUGH and both.std(axis=0).any() and repeats.mean() > REPEATED_ROWS:
             shown = f"{100 * repeats.mean():.0f} % of the rows repeat the one before"
@@ -302,17 +303,29 @@ def warn_of_meaningless(
 ) -> None:
     """A PlausibilityWarning, at the line that called the caller, for each finding in the first rows that makes an estimate meaningless.
 
-    t_s: n; the others n x 3, as a filter takes them. Without rates or force, as with few rows, nothing is said.
+    A field in another unit is named too: the heading never becomes ready. t_s: n; the others n x 3, as a filter takes them. Without
+    rates or force, as with few rows, nothing is said.
     """
     t_s = t_s[:WARNED_ROWS]
-    if rate is None or force is None or len(t_s) < ENOUGH or not (np.diff(t_s) > 0).all():
+    if rate is None or force is None or len(t_s) < ENOUGH:
         return
-    field = None if field is None else np.asarray(field, float)[: len(t_s)]
-    for finding in check(
-        Recording("arrays", t_s, np.asarray(rate, float)[: len(t_s)], np.asarray(force, float)[: len(t_s)], field)
-    ):
-        if finding.is_meaningless:
-            warnings.warn(f"{finding.sensor}: {finding.message}; {finding.cure}", PlausibilityWarning, stacklevel=3)
+    kept = np.concatenate([[True], t_s[1:] > np.maximum.accumulate(t_s)[:-1]])
+    equal = float((np.diff(t_s) == 0).mean())
+    if equal > STANDING_STAMPS:
+        shown = f"{100 * equal:.0f} % of the time stamps equal the one before"
+        warnings.warn(
+            f"time: {shown}; give t_s as float64: float32 holds seconds since 1970 to 128 s", PlausibilityWarning, stacklevel=3
+        )
+    if kept.sum() < ENOUGH:
+        return
+    rates, forces = (np.asarray(values, float)[: len(t_s)][kept] for values in (rate, force))
+    fields = None if field is None else np.asarray(field, float)[: len(t_s)][kept]
+    for finding in check(Recording("arrays", t_s[kept], rates, forces, fields)):
+        if finding.is_meaningless or (finding.code, finding.sensor) == ("unit", "mag"):
+            # Arrays have no option of a unit.
+            known = finding.argument in ("gyro_unit", "accel_unit", "mag_unit", "time_unit")
+            cure = f"multiply by {si_per(finding.sensor, finding.value):.6g}" if known else finding.cure
+            warnings.warn(f"{finding.sensor}: {finding.message}; {cure}", PlausibilityWarning, stacklevel=3)
 
 
 def check_aids(recording: Recording) -> list[Finding]:

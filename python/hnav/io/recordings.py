@@ -79,6 +79,17 @@ class Recording:
     aids: Mapping[str, AidSamples] = field(default_factory=dict, kw_only=True)  # by kind, one of hnav.io.aids.AIDS
     origin: Origin | None = field(default=None, kw_only=True)  # how it was read; None: made, in SI units
 
+    def __post_init__(self) -> None:
+        """Lists are arrays. Raises RecordingError for arrays of other shapes."""
+        object.__setattr__(self, "t_s", np.asarray(self.t_s, float))
+        shape = self.t_s.shape
+        for name in ARRAYS.values():
+            if (values := getattr(self, name)) is not None:
+                array = np.asarray(values, float)
+                if len(shape) != 1 or array.shape != (*shape, 3):
+                    raise RecordingError(f"{self.name}: {name} has the shape {array.shape}, t_s {shape}: n x 3 and n are needed")
+                object.__setattr__(self, name, array)
+
     def __repr__(self) -> str:
         sensors = [_described(self, sensor) for sensor in ARRAYS]
         sensors += [f"{kind} {len(one.t_s)}{_rate(one.t_s)}" for kind, one in self.aids.items()]
@@ -91,7 +102,7 @@ class Recording:
         values: np.ndarray | None = getattr(self, ARRAYS[sensor])
         if values is None:
             return np.empty(0), np.empty((0, 3))
-        present = ~np.isnan(values).any(axis=1)
+        present = np.isfinite(values).all(axis=1)
         return self.t_s[present], values[present]
 
     def check(self, hemisphere: str | None = None) -> list[Finding]:

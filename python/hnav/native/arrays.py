@@ -26,7 +26,11 @@ def doubles(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
 
 
 def times(values: npt.ArrayLike) -> Array:
-    """n, whatever n is; otherwise as doubles."""
+    """n, whatever n is, in s; datetime64 since 1970, timedelta64 by its unit; otherwise as doubles."""
+    given = np.asarray(values)
+    if given.dtype.kind in "mM":
+        given = given.astype(f"{given.dtype.kind}8[ns]")
+        values = (given - np.zeros(1, given.dtype)) / np.timedelta64(1, "s")
     array = _numbers(values, "t_s")
     if array.ndim != 1:
         raise HnavValueError("size", f"t_s has the shape {array.shape}, expected (n,)", "t_s")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from hnav.io.readers.aids import aids_in
-from hnav.io.readers.cells import BLANKS, MISSING, number_of
+from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import OWN_TIMES, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
@@ -445,8 +445,10 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     """The columns of a data frame, or of its index, that hold times and samples. Raises RecordingError."""
     import pandas
 
+    if not isinstance(frame, pandas.DataFrame):
+        raise RecordingError(f"{shown}: a {type(frame).__name__}, and no DataFrame of pandas")
     frame = _with_index(frame)
-    names = [str(name) for name in frame.columns]
+    names = ["_".join(map(str, name)).strip("_") if isinstance(name, tuple) else str(name) for name in frame.columns]
     layout = Layout(-1, names, ",", ".")
     columns = columns_of(names, wishes.columns, shown)
     if not columns:
@@ -459,28 +461,39 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     instants = False
     for role, column in columns.items():
         series = frame.iloc[:, column.place]
-        if role in ("t_s", *OWN_TIMES.values()) and not pandas.api.types.is_numeric_dtype(series):
-            values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
-        elif (numbers := _numbers(series)) is not None:
+        if (numbers := _numbers(series)) is not None:
             values[role] = numbers
+        elif role in ("t_s", *OWN_TIMES.values()):
+            values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
         elif wishes.only_aids or not column.aids:
             raise RecordingError(f"{shown}: the column {column.name} holds no numbers")
     return Table({role: columns[role] for role in values}, values, layout, instants)
 
 
 def _with_index(frame: pd.DataFrame) -> pd.DataFrame:
-    """Its index is a column, where it has a name or holds instants."""
+    """Its index is a column, where it has a name, or holds instants or numbers with decimals."""
     import pandas
 
-    if "t_s" in frame.columns or not (frame.index.name or isinstance(frame.index, pandas.DatetimeIndex)):
+    timed = isinstance(frame.index, (pandas.DatetimeIndex, pandas.TimedeltaIndex)) or frame.index.dtype.kind == "f"
+    if "t_s" in frame.columns or not (frame.index.name or timed):
         return frame
     return frame.reset_index(names=str(frame.index.name or "time"))
 
 
 def _numbers(series: pd.Series[Any]) -> np.ndarray | None:
-    """None when it holds something else."""
+    """Spans of time in s; None for what is no number, as instants."""
+    if series.dtype.kind == "m":
+        return np.asarray(series.dt.total_seconds(), float)
+    if series.dtype.kind == "M":
+        return None
     try:
         return np.asarray(series.to_numpy(dtype=float, na_value=np.nan), float)
+    except (TypeError, ValueError):
+        pass
+    try:
+        texts = [str(cell) for cell in series]
+        mark = decimal_mark("	", texts)
+        return np.array([number_of(text, mark) for text in texts])
     except (TypeError, ValueError):
         return None
 
