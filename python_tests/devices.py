@@ -127,6 +127,23 @@ def bno055(folder: Path, r: Recording) -> Path:
     return path
 
 
+def icm20948(folder: Path, r: Recording) -> Path:
+    """SparkFun's sketch behind the time of a terminal: units and brackets, numbers of one width."""
+    path = folder / "icm20948.log"
+    rows = np.stack(columns(r, DEG, 1e3 / G), axis=1)
+    line = "12:00:{:09.6f} -> Scaled. Acc (mg) [ {:012.5f}, {:012.5f}, {:012.5f} ], Gyr (DPS) [ {:011.5f}, {:011.5f}, {:011.5f} ], Mag (uT) [ {:09.5f}, {:09.5f}, {:09.5f} ], Tmp (C) [ 00030.12 ]"
+    path.write_text("\n".join(line.format(t, *row[3:6], *row[:3], *row[6:]) for t, row in zip(r.t_s, rows)) + "\n")
+    return path
+
+
+def vectors_of_a_sketch(folder: Path, r: Recording) -> Path:
+    """millis() in brackets, a unit behind each vector."""
+    path = folder / "sketch.log"
+    line = "[{:.0f}] w=({:.6f}, {:.6f}, {:.6f}) deg/s, a=({:.6f}, {:.6f}, {:.6f}) m/s2, B=({:.4f}, {:.4f}, {:.4f}) uT"
+    path.write_text("\n".join(line.format(1e3 * t, *row) for t, row in zip(r.t_s, np.stack(columns(r, DEG), axis=1))) + "\n")
+    return path
+
+
 def plotter(folder: Path, r: Recording) -> Path:
     names = [f"{kind}{axis}" for kind in "gam" for axis in AXES]
     path = folder / "plotter.txt"
@@ -243,7 +260,7 @@ def cut_off(folder: Path, r: Recording) -> Path:
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "json records": json_records, "json columns": json_columns, "json lines": json_lines, "sensor logger json": sensor_logger_json,
     "movesense": movesense, "npz": npz, "mat": mat, "packed": packed, "folder of one table": only_table, "mpu6050": adafruit_mpu6050,
-    "bno055": bno055, "plotter": plotter, "rostopic": rostopic, "betaflight": betaflight,
+    "bno055": bno055, "icm20948": icm20948, "vectors of a sketch": vectors_of_a_sketch, "plotter": plotter, "rostopic": rostopic, "betaflight": betaflight,
     "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
     "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
 }  # fmt: skip

@@ -3,6 +3,8 @@
 Acceleration X: 0.52, Y: 0.04, Z: 9.85 m/s^2      (Adafruit MPU6050; Rotation X: ... rad/s)
 Accl:   x= 0.10 |   y= 0.02 |   z= 9.81           (Adafruit BNO055)
 12:34:56.789 -> gx:0.1,gy:0.2,gz:0.3,ax:0,ay:0,az:1
+Acc (mg) [ 12.3, -4.5, 998.1 ], Gyr (DPS) [ 0.1, 0.2, 0.3 ]      (SparkFun ICM-20948)
+[1234] w=(0.1, 0.2, 0.3) deg/s, a=(0, 0, 9.8) m/s2
 a/g:    -236    -156    16452   -20     80      -15   (i2cdevlib: counts)
 """
 
@@ -25,10 +27,15 @@ PAIR = re.compile(rf"([A-Za-z][\w /.()\[\]-]{{0,40}}?)\s*[:=]\s*({NUMBER})(?![\d
 STAMP = re.compile(r"^\s*\[?(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\]?\s*(?:->|[:,>|\t ])\s*")
 PREFIX = re.compile(r"^\s*([A-Za-z]\w{1,20})\s*[:\t ]\s*(?=[xX]\s*[:=])")
 COUNTS = re.compile(rf"^\s*(?:a/g|a/g/m)\s*:\s*((?:{NUMBER}[\s,]*){{6,9}})$")
+UNIT = r"(?:rad|deg|°|m|g|uT|µT|dps)[^\s,|;:=\])]*(?:\s*\^?s[^\s,|;:=\])]*)?"
 TRIPLE = re.compile(
-    rf"([A-Za-z][\w ]{{0,30}}?)\s*[:=]\s*[\[(<]?\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})(?![\d.:])"
+    rf"([A-Za-z][\w ]{{0,30}}?)\s*(?:\(([^()]{{1,10}})\))?\s*(?:[:=]\s*[\[(<]?|[\[(<])\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})\s*[,;\t ]\s*"
+    rf"({NUMBER})(?![\d.:])(?:\s*[\])>])?(?:\s*({UNIT})(?=[\s,;|\])]|$))?"
 )
-UNIT_BEHIND = re.compile(r"[\d.]\s*((?:rad|deg|°|m|g|uT|µT|dps)[^\s,|;]*(?:\s*\^?s[^\s,|;]*)?)\s*$")
+"""A name, a unit in brackets, three numbers, and a unit behind them."""
+UNIT_BEHIND = re.compile(rf"[\d.]\s*({UNIT})\s*$")
+COUNTER = re.compile(r"^\s*\[(\d+(?:\.\d*)?)\]\s*")
+"""millis() before a line."""
 HEAD_LINES, LEAST_SHARE = 60, 0.3
 NOT_SENSORS = ("orient", "euler", "rot", "quat", "linear", "gravity", "temp", "calib")
 CLOCK = "time (s)"  # of the terminal
@@ -97,7 +104,9 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
         numbers = [float(text) for text in re.findall(NUMBER, counted.group(1))]
         return {f"{'agm'[i // 3]}{'xyz'[i % 3]} (LSB)": number for i, number in enumerate(numbers)}, True
     unit = behind.group(1) if (behind := UNIT_BEHIND.search(body)) else ""
-    found = _triples(body, unit) | _named_numbers(TRIPLE.sub("", body), PREFIX.match(body), unit)
+    counter = COUNTER.match(body)
+    found = {"time": float(counter.group(1))} if counter else {}
+    found |= _triples(body, unit) | _named_numbers(TRIPLE.sub("", body), PREFIX.match(body), unit)
     roles = {name: column.role for name in found if (column := column_of(name, 0)) is not None}
     return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
 
@@ -109,9 +118,12 @@ def _with_unit(name: str, unit: str) -> str:
 def _triples(body: str, unit: str) -> dict[str, float]:
     """G: 0.1, 0.2, 0.3 deg/s"""
     found: dict[str, float] = {}
-    for name, *three in TRIPLE.findall(body):
+    for name, before, *three, behind in TRIPLE.findall(body):
         if not name.lower().startswith(NOT_SENSORS):
-            found |= {_with_unit(f"{name.strip()} {axis}", unit): float(number) for axis, number in zip("xyz", three)}
+            found |= {
+                _with_unit(f"{name.strip()} {axis}", before or behind or unit): float(number)
+                for axis, number in zip("xyz", three)
+            }
     return found
 
 
