@@ -57,6 +57,7 @@ def test_many_recordings_give_the_tables_of_each_alone(logs, alone, tmp_path):
     index = pd.read_csv(out / "index.csv", keep_default_na=False).set_index("recording")
     assert list(index.index) == sorted(str(path) for path in logs.glob("*.csv"))
     assert "no header" in index.loc[f"{logs}/bad.csv", "failure"]
+    assert index.loc[f"{logs}/walk0.csv", "read as"].startswith("csv: gyro rad/s assumed, accel m/s2 assumed, mag T assumed")
     assert "this looks like g; use --accel-unit g" in index.loc[f"{logs}/walk_g.csv", "failure"]
     assert index.loc[f"{logs}/walk1.csv", "answer"].startswith("1500 rows to")
     page = (out / "index.html").read_text()

@@ -75,12 +75,27 @@ def test_garbage_is_counted_and_not_shown_as_it_is():
     assert lines.counts["no sample"] == 1
 
 
-def test_clocks():
-    stamps = [0, 0.01, 0.01, 0.005, 0.02, -90, -89.99, 1e9, 1e9 + 0.01, 0.5]
-    rows, lines = taken(f"{HEADER}\n" + "".join(f"{t!r},1,2,3,4,5,6,7,8,9\n" for t in stamps))
-    assert lines.counts["late"] == 2 and lines.counts["clock set"] == 3
-    assert (np.diff(rows[:, 0]) > 0).all() and rows[-1, 0] < 0.1
+def rows_of(stamps: list[float]) -> tuple[np.ndarray, LiveLines]:
+    return taken(f"{HEADER}\n" + "".join(f"{t!r},{i},2,3,4,5,6,7,8,9\n" for i, t in enumerate(stamps)))
+
+
+def test_clocks_that_are_set():
+    rows, lines = rows_of([0, 0.01, 0.01, 0.005, 0.02, -90, -89.99, 1e9, 1e9 + 0.01, 0.5])
+    assert lines.counts["late"] == 2 and lines.counts["clock set"] == 3 and lines.counts["stamps mended"] == 0
+    assert (np.diff(rows[:, 0]) > 0).all() and rows[-1, 0] < 0.1 and lines.counts["rows"] == 8
     assert len([note for note in lines.notes if note.startswith("the clock of the source was set by")]) == 3
+
+
+@pytest.mark.parametrize("wrong", [7.5, -3.0, 1e300, -1e300, 1e18])
+def test_a_single_wrong_stamp_lies_between_its_neighbours(wrong):
+    rows, lines = rows_of([0, 0.01, 0.02, wrong, 0.04, 0.05])
+    assert np.allclose(rows[:, 0], [0, 0.01, 0.02, 0.03, 0.04, 0.05]) and rows[:, 1].tolist() == [0, 1, 2, 3, 4, 5]
+    assert lines.counts["stamps mended"] == 1 and lines.counts["clock set"] == 0
+
+
+def test_a_gap_in_a_recording_that_is_sent_at_once_stays():
+    rows, lines = rows_of([0, 0.01, 30, 30.01, 30.02])
+    assert rows[:, 0].tolist() == [0, 0.01, 30, 30.01, 30.02] and lines.counts["clock set"] == 0
 
 
 def test_a_source_without_a_sensor_says_which():

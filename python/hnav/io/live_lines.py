@@ -42,6 +42,8 @@ BESIDE_S = 1e-6
 """A row with the stamp of the one before and other sensors is put so much later."""
 SHOWN = "the source"
 SHOWN_CHARACTERS = 60
+SHOWN_SETS = 5
+"""So often it is said that the clock was set; then it is only counted."""
 
 
 class Line(NamedTuple):
@@ -80,12 +82,21 @@ class LiveClock:
     def __init__(self) -> None:
         self._last_s, self._arrived_s, self._offset_s = math.nan, math.nan, 0.0
 
+    def ahead_s(self, stamp_s: float) -> float:
+        """Of the newest row; NaN at the first one."""
+        return stamp_s + self._offset_s - self._last_s
+
+    def is_strange(self, stamp_s: float, arrived_s: float) -> bool:
+        """Whether a stamp runs back, or ahead of what arrival explains: the clock was set, or this stamp alone is wrong."""
+        ahead_s = self.ahead_s(stamp_s)
+        return ahead_s < -WITHIN_S or ahead_s > max(0.0, arrived_s - self._arrived_s) + WITHIN_S
+
     def take(self, stamp_s: float, arrived_s: float, beside: bool) -> tuple[float, float]:
         """The time of a row, NaN if it is too late to be used; and by how much the clock was set, 0 if it was not. beside: it has
         other sensors than the row before."""
         t_s, set_s = stamp_s + self._offset_s, 0.0
         waited_s = arrived_s - self._arrived_s
-        ahead_s = t_s - self._last_s  # NaN at the first row
+        ahead_s = self.ahead_s(stamp_s)
         if ahead_s < -WITHIN_S or ahead_s > waited_s + SET_AHEAD_S:
             set_s = ahead_s
             t_s = self._last_s + max(waited_s, BESIDE_S)
@@ -117,6 +128,7 @@ class LiveLines:
         self._schemes: dict[tuple[str, ...], Scheme | None] = {}
         self._probe: list[Line] | None = []
         self._before: list[float] = [math.nan] * len(CSV_COLUMNS)
+        self._held: tuple[list[float], float] | None = None
         self._newest: dict[int, list[float]] = {}
         self._timed = 0
 
@@ -125,15 +137,20 @@ class LiveLines:
         lines = [line for chunk in chunks for line in self._lines(chunk)]
         if self._probe is not None:
             self._probe += lines
-            known = [line for line in self._probe if any(map(is_number, map(str, line.cells)))]
-            waited_s = time.monotonic() - known[0].arrived_s if known else 0.0
-            if not known or not (ending or len(known) >= PROBE_LINES or waited_s > PROBE_S):
+            if not self._probed(ending):
                 return np.empty((0, len(CSV_COLUMNS)))
             lines, self._probe = self._probe, None
             self._find_schemes(lines)
-        rows = [row for line in lines if (row := self._row(line)) is not None]
+        rows = [timed for line in lines if (row := self._row(line)) for timed in self._in_time(row, line.arrived_s)]
+        if ending and self._held:
+            rows += self._placed(*self._held)
         self.counts["rows"] += len(rows)
         return np.array(rows, float).reshape(-1, len(CSV_COLUMNS))
+
+    def _probed(self, ending: bool) -> bool:
+        """Whether there are lines enough to find units by, or these have waited long enough."""
+        known = [line for line in self._probe or () if any(is_number(str(cell)) for cell in line.cells)]
+        return bool(known) and (ending or len(known) >= PROBE_LINES or time.monotonic() - known[0].arrived_s > PROBE_S)
 
     # ----------------------------------------------------------------------------------------- text
 
@@ -263,7 +280,7 @@ class LiveLines:
         return [(column.place, float(sign * column.sign) * si_per(sensor, unit.name)) for column, sign in zip(columns, signs)]
 
     def _row(self, line: Line) -> list[float] | None:
-        """A row with a time that increases; None for a line that is none, which is counted."""
+        """A row with the stamp of its line; None for a line that is none, which is counted."""
         row = self._numbers(line)
         if row is None:
             self._leave_out(",".join(map(str, line.cells)).encode())
@@ -271,16 +288,36 @@ class LiveLines:
         if self._wishes.drop_repeats and not self._drop_repeats(row):
             self.counts["repeated"] += 1
             return None
+        return row
+
+    def _in_time(self, row: list[float], arrived_s: float) -> list[list[float]]:
+        """Rows with times that increase. A row with a strange stamp waits for the next one: when that goes on from the row before, the
+        stamp was wrong, and lies between both."""
+        done: list[list[float]] = []
+        if self._held:
+            (held, held_arrived_s), self._held = self._held, None
+            if self._clock.ahead_s(row[0]) > 0 and not self._clock.is_strange(row[0], arrived_s):
+                held[0] = row[0] - 0.5 * self._clock.ahead_s(row[0])
+                self.counts["stamps mended"] += 1
+            done += self._placed(held, held_arrived_s)
+        if self._clock.is_strange(row[0], arrived_s):
+            self._held = row, arrived_s
+            return done
+        return done + self._placed(row, arrived_s)
+
+    def _placed(self, row: list[float], arrived_s: float) -> list[list[float]]:
+        """The row at its time; none where it is late."""
         beside = all(math.isnan(new) or math.isnan(old) for new, old in zip(row[1:], self._before[1:]))
-        t_s, set_s = self._clock.take(row[0], line.arrived_s, beside)
+        t_s, set_s = self._clock.take(row[0], arrived_s, beside)
         if math.isnan(t_s):
             self.counts["late"] += 1
-            return None
+            return []
         if set_s:
             self.counts["clock set"] += 1
-            self.notes.append(f"the clock of the source was set by {set_s:+.6g} s; time goes on from {t_s:.10g} s")
+            if self.counts["clock set"] <= SHOWN_SETS:
+                self.notes.append(f"the clock of the source was set by {set_s:+.6g} s; time goes on from {t_s:.10g} s")
         row[0], self._before = t_s, row
-        return row
+        return [row]
 
     def _numbers(self, line: Line) -> list[float] | None:
         """The ten of a row; None where the line has no time, no sample, or something else."""
