@@ -305,6 +305,13 @@ def test_another_site_may_not_read_the_page(tmp_path):
                 pass
 
 
+def test_another_host_is_explicit_and_warned_of():
+    pytest.importorskip("websockets", reason="websockets is not installed")
+    for options, warned in (([], False), (["--host", "0.0.0.0"], True)):
+        done = hnav("live", "udp://127.0.0.1:0", "--page", "--port", 0, "--seconds", 0.1, *options)
+        assert done.returncode == 0 and ("whoever reaches this machine can see the page" in done.stderr) == warned
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
