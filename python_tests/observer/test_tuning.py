@@ -8,6 +8,7 @@ import pytest
 
 import hnav
 from command_line import hnav as command
+from hnav.cli.observe import verdict_of
 from hnav.filters.observer import Observer
 from hnav.filters.observer_tuning import AHEAD, tune
 from observer.test_plan_files import TEXT
@@ -44,6 +45,14 @@ def test_the_noises_of_a_simulation_are_found(little_fmu):
     assert np.nanmean(Observer(tuned.plan).run(T_S, {"x": y}).nis["x"]) == pytest.approx(1, abs=0.1)
     # Its own plan is left as it was.
     assert plan_of(little_fmu).sensors["x"].noise == 0.1
+
+
+def test_a_model_holds_only_with_innovations_that_are_white_and_as_large_as_stated(little_fmu):
+    tuned = tune(plan_of(little_fmu, 0.03, 0.15), T_S[:400], {"x": recording()[:400]})
+    assert verdict_of(tuned.ahead_nis["x"], tuned.correlation["x"], tuned.mean_nis["x"]).endswith("the model holds")
+    for figures in ((2.5, 0.0, 1.0), (1.1, 0.3, 1.0), (1.1, 0.0, 1.4), (1.1, 0.0, 0.6)):
+        assert verdict_of(*figures).endswith("the model is wrong, not only its noise")
+    assert "too few samples" in verdict_of(np.nan, 0.0, 1.0)
 
 
 def test_the_likelihood_is_that_of_the_samples(little_fmu):

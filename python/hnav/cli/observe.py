@@ -278,15 +278,16 @@ def tell_noises(observer: Observer, data: Path) -> None:
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
-        say(f"{name}, predicted over {AHEAD} samples: {verdict_of(nis, tuned.correlation[name])}")
+        say(f"{name}, predicted over {AHEAD} samples: {verdict_of(nis, tuned.correlation[name], tuned.mean_nis[name])}")
 
 
-def verdict_of(ahead_nis: float, correlation: float) -> str:
-    """Whether the model of a sensor holds: its predictions are as large as told, and its innovations are white."""
+def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
+    """Whether the model of a sensor holds: its predictions and its innovations are as large as stated, and its innovations are white."""
     if ahead_nis != ahead_nis:
         return "too few samples to say whether the model holds"
     white = f"innovations correlated by {correlation:.2f}"
-    wrong = ahead_nis >= GOOD_AHEAD or abs(correlation) > CORRELATED
+    sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1]
+    wrong = ahead_nis >= GOOD_AHEAD or abs(correlation) > CORRELATED or not sized
     return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"
 
 

@@ -46,6 +46,8 @@ class Tuned:
     """Noises of which half or twice is about as likely."""
     correlation: dict[str, float]
     """By sensor: the largest correlation of an innovation with one of the next LAGS, 0 where chance explains it."""
+    mean_nis: dict[str, float]
+    """By sensor, of all innovations with the noises found; 1 where their size is as stated."""
     ahead_nis: dict[str, float]
     """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far above 1: the model is wrong, not
     its noise."""
@@ -94,7 +96,9 @@ def tune(
     undetermined = [name for i, name in enumerate(names) if _is_flat(likelihood, logs, i, best)]
     run = Observer(tuned, options).run(t_s, seen, inputs)
     correlation = {name: _correlation(run.innovation[name], run.nis[name]) for name in run.nis}
-    return Tuned(tuned, factors, (first, best), tuple(undetermined), correlation, _ahead(tuned, t_s, seen, inputs, options))
+    mean_nis = {name: float(np.nanmean(nis)) if np.isfinite(nis).any() else math.nan for name, nis in run.nis.items()}
+    ahead = _ahead(tuned, t_s, seen, inputs, options)
+    return Tuned(tuned, factors, (first, best), tuple(undetermined), correlation, mean_nis, ahead)
 
 
 def _noises(plan: Plan) -> list[str]:
