@@ -186,8 +186,10 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
     // Rows of the product with the moving rows of a matrix whose other rows do not move.
     const auto multiply = [&](const double* with, const double* row, double* out) {
         std::fill_n(out, N, 0.0);
-        for (int k = 0; k < moving; ++k)
+        for (int k = 0; k < moving; ++k) {
+            if (fixed_N == 0 && row[k] == 0) continue; // large plants are sparse
             for (int j = 0; j < N; ++j) out[j] += row[k] * with[k * N + j];
+        }
     };
     unpack_upper(x + at.Qd, N, 1, Qd);
     for (int i = 0; i < moving; ++i) {
@@ -195,6 +197,7 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
         multiply(x + at.S, row, dS);
         multiply(Qd, row, AQ);
         for (int k = moving; k < N; ++k) {
+            if (fixed_N == 0 && row[k] == 0) continue;
             dS[k] += row[k];
             for (int j = 0; j < N; ++j) AQ[j] += row[k] * Qd[k * N + j];
         }
@@ -236,10 +239,10 @@ void Model::covariance(const State& s, const double* flowed, const double* held_
             std::copy_n(held + i * p.N, p.N, row);
             continue;
         }
-        for (int j = 0; j < p.N; ++j) {
-            row[j] = 0;
-            for (int k = 0; k < p.N; ++k) row[j] += S[i * p.N + k] * held[k * p.N + j];
-        }
+        const double* factors = S + i * p.N;
+        for (int j = 0; j < p.N; ++j) row[j] = factors[0] * held[j];
+        for (int k = 1; k < p.N; ++k)
+            for (int j = 0; j < p.N; ++j) row[j] += factors[k] * held[k * p.N + j];
     }
     unpack_upper(flowed + at.Qd, p.N, s.x()[at.usual], P);
     for (int i = 0; i < p.N; ++i)
