@@ -134,12 +134,4 @@ void inflate_block(Square<n, R>& P, int first, const Eigen::Matrix<std::common_t
     Cholesky<k, R>(W).template add_quadratic_form<n>(LP, P);
 }
 
-template <int n, class R>
-Square<n, R> inflate(const Square<n, R>& P, const Eigen::Matrix<std::common_type_t<R>, n, 1>& L, std::common_type_t<R> interval_s,
-                     const RobustSettings<R>& settings, RobustReport<R>* report) {
-    Square<n, R> Sigma = P;
-    inflate_block<n, n, R>(Sigma, 0, L, interval_s, settings, report);
-    return Sigma;
-}
-
 } // namespace hnav

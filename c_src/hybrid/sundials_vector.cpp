@@ -209,9 +209,8 @@ struct Vector {
 N_Vector create_vector(int n, int read, SUNContext context) {
     switch (n) {
     case 10: return Vector<10>::create(n, context); // observer of two states, a transition matrix and noise
-    case 14: // AHRS: q, the integral of its rotation matrix, a clock
+    case 14: // AHRS and HREKF: q, the integral of its rotation matrix, a clock
         return read == 4 ? Vector<14, 4>::create(n, context) : Vector<14>::create(n, context);
-    case 35: return Vector<35>::create(n, context); // HREKF: q, b and a 7 x 7 covariance
     default: return Vector<0>::create(n, context);
     }
 }

@@ -38,11 +38,22 @@ inline HrekfModel::State random_state(const HrekfModel& model, Random& random, d
     std::memset(static_cast<void*>(&s), 0, sizeof s);
     model.begin(s);
     Eigen::Map<Quaternion>(s.x) = random.quaternion();
-    Eigen::Map<Vector3>(s.x + 4) = random.vector(0.05);
-    pack<7>(random.covariance<7>(0.01), s.x + 7);
+    Eigen::Map<Vector3>(s.bias) = random.vector(0.05);
+    pack<6>(random.covariance<6>(0.01), s.P);
     Eigen::Map<Vector3>(s.rate) = random.vector(rate);
     s.has_rate = s.started = 1;
     return s;
+}
+
+// The 7 x 7 covariance of (q, b) that a state stands for.
+inline Square<7> full_covariance(const HrekfModel& model, const HrekfModel::State& s, double length_variance = 0) {
+    const Quaternion q = Quaternion(s.x).normalized();
+    Eigen::Matrix<double, 7, 6> G = Eigen::Matrix<double, 7, 6>::Zero();
+    G.topLeftCorner<4, 3>() = across(q) / 2;
+    G.bottomRightCorner<3, 3>().setIdentity();
+    Square<7> P = G * model.error_covariance(s) * G.transpose();
+    P.topLeftCorner<4, 4>() += length_variance * q * q.transpose();
+    return P;
 }
 
 } // namespace hnav::test

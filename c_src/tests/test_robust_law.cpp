@@ -17,6 +17,13 @@ RobustSettings<double> settings(GammaMode mode) {
     return s;
 }
 
+Square<7> inflate(const Square<7>& P, const Weight& L, double interval_s, const RobustSettings<double>& settings,
+                  RobustReport<double>* report) {
+    Square<7> Sigma = P;
+    inflate_block<7, 7, double>(Sigma, 0, L, interval_s, settings, report);
+    return Sigma;
+}
+
 double largest_eigenvalue(const Square<7>& A) { return eigenvalues<7>(A)[6]; }
 
 } // namespace
@@ -24,7 +31,7 @@ double largest_eigenvalue(const Square<7>& A) { return eigenvalues<7>(A)[6]; }
 TEST(RobustLaw, OffLeavesTheCovarianceAlone) {
     const Square<7> P = test::Random(1).covariance<7>();
     RobustReport<double> report;
-    EXPECT_EQ(distance(inflate<7>(P, Weight::Ones(), 0.01, settings(GammaMode::off), &report), P), 0);
+    EXPECT_EQ(distance(inflate(P, Weight::Ones(), 0.01, settings(GammaMode::off), &report), P), 0);
     EXPECT_TRUE(std::isinf(report.gamma));
     EXPECT_EQ(report.margin, 1);
 }
@@ -36,7 +43,7 @@ TEST(RobustLaw, SigmaEqualsThePrintedFormWithInverses) {
     RobustSettings<double> fixed = settings(GammaMode::fixed);
     fixed.gamma = 2;
     RobustReport<double> report;
-    const Square<7> Sigma = inflate<7>(P, L, 0.01, fixed, &report);
+    const Square<7> Sigma = inflate(P, L, 0.01, fixed, &report);
     const Square<7> LL = L.cwiseAbs2().asDiagonal();
     const Square<7> printed = (P.inverse() - LL / 4).inverse();
     EXPECT_LT(distance(Sigma, printed), 1e-10 * printed.cwiseAbs().maxCoeff());
@@ -49,7 +56,7 @@ TEST(RobustLaw, GammaTowardsInfinityIsTheKalmanFilter) {
     RobustSettings<double> fixed = settings(GammaMode::fixed);
     fixed.gamma = 1e9;
     RobustReport<double> report;
-    EXPECT_LT(distance(inflate<7>(P, Weight::Ones(), 0.01, fixed, &report), P), 1e-14);
+    EXPECT_LT(distance(inflate(P, Weight::Ones(), 0.01, fixed, &report), P), 1e-14);
 }
 
 TEST(RobustLaw, AnInfeasibleGammaIsRaisedAndReported) {
@@ -57,7 +64,7 @@ TEST(RobustLaw, AnInfeasibleGammaIsRaisedAndReported) {
     RobustSettings<double> fixed = settings(GammaMode::fixed);
     fixed.gamma = 1e-3;
     RobustReport<double> report;
-    const Square<7> Sigma = inflate<7>(P, Weight::Ones(), 0.01, fixed, &report);
+    const Square<7> Sigma = inflate(P, Weight::Ones(), 0.01, fixed, &report);
     EXPECT_TRUE(report.raised);
     EXPECT_NEAR(report.margin, 0.05, 1e-12);
     EXPECT_NEAR(report.gamma * report.gamma, largest_eigenvalue(P) / 0.95, 1e-9);
@@ -69,7 +76,7 @@ TEST(RobustLaw, RelativeGammaTakesTheShareOfItsRate) {
     RobustSettings<double> relative = settings(GammaMode::relative);
     relative.relative_rate = 1.5;
     RobustReport<double> report;
-    inflate<7>(P, Weight::Ones(), 0.2, relative, &report);
+    inflate(P, Weight::Ones(), 0.2, relative, &report);
     EXPECT_NEAR(report.margin, std::exp(-0.3), 1e-12);
 }
 
@@ -79,7 +86,7 @@ TEST(RobustLaw, TheKlModeMeetsItsTolerance) {
         RobustSettings<double> kl = settings(GammaMode::kl);
         kl.kl_rate = std::sqrt(c);
         RobustReport<double> report;
-        inflate<7>(P, Weight::Ones(), 1.0, kl, &report);
+        inflate(P, Weight::Ones(), 1.0, kl, &report);
         ASSERT_FALSE(report.raised);
         // Sum over all eigenvalues of 1/2 (1/z - 1 + ln z), written out.
         const Weight values = eigenvalues<7>(P);
@@ -100,7 +107,7 @@ TEST(RobustLaw, WhatTheKlModeInflatesInASecondDoesNotHangOnTheRate) {
     for (const int slow : {0, 1}) {
         const double T = slow ? 0.01 : 0.001;
         RobustReport<double> report;
-        inflate<7>(P, Weight::Ones(), T, kl, &report);
+        inflate(P, Weight::Ones(), T, kl, &report);
         theta_per_s[slow] = 1 / (report.gamma * report.gamma * T);
     }
     EXPECT_NEAR(theta_per_s[1] / theta_per_s[0], 1, 0.02);
@@ -112,14 +119,13 @@ TEST(RobustLaw, ASingularCovarianceIsNoObstacle) {
     P.col(0).setZero();
     for (const GammaMode mode : {GammaMode::fixed, GammaMode::relative, GammaMode::kl}) {
         RobustReport<double> report;
-        const Square<7> Sigma = inflate<7>(P, Weight::Ones(), 0.01, settings(mode), &report);
+        const Square<7> Sigma = inflate(P, Weight::Ones(), 0.01, settings(mode), &report);
         EXPECT_TRUE(Sigma.allFinite());
         EXPECT_EQ(Sigma.row(0).cwiseAbs().maxCoeff(), 0);
     }
     RobustReport<double> report;
-    EXPECT_EQ(
-        inflate<7>(Square<7>(Square<7>::Zero()), Weight::Ones(), 0.01, settings(GammaMode::kl), &report).cwiseAbs().maxCoeff(),
-        0);
+    EXPECT_EQ(inflate(Square<7>(Square<7>::Zero()), Weight::Ones(), 0.01, settings(GammaMode::kl), &report).cwiseAbs().maxCoeff(),
+              0);
 }
 
 TEST(NoiseAdaptation, AsPrintedIsAMovingAverageOfOuterProducts) {

@@ -106,10 +106,7 @@ public:
     }
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         if (memory_.was_realigned != 0) {
-            double replaced[Kind::info.states.count];
-            get_states(replaced);
-            Kind::keep_on_realign(x, replaced);
-            std::memcpy(x, replaced, sizeof replaced);
+            get_states(x);
             memory_.was_realigned = 0;
             *changed = true;
         }

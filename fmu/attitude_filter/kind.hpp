@@ -3,8 +3,6 @@
 //     static constexpr int accel_dimension, accel_unit      of the innovation of force
 //     static constexpr bool has_field                       outputs of the magnetic reference and the gyro calibration
 //     static constexpr bool reholds                         Model Exchange can take the backward gyro hold
-//     static void describe_states(StateRows&)
-//     static void keep_on_realign(const double* x, double* replaced)    states that a realignment leaves as they are
 #pragma once
 
 #include "adapter/option_parameters.hpp"
@@ -24,6 +22,18 @@ struct KindOf {
     static Options defaults(int choice) { return defaults_(static_cast<hnav_preset>(hnav_preset_of(list, choice)->value)); }
 
     static Choices presets() { return preset_choices<list>(); }
+
+    static void describe_states(StateRows& states) {
+        states.add_attitude("Attitude, body to north-east-down of magnetic north");
+        char name[32];
+        for (int j = 1; j <= 3; ++j)
+            for (int i = 1; i <= 3; ++i) {
+                std::snprintf(name, sizeof name, "state.G[%d,%d]", i, j);
+                states.add(name, "s", 0, DependsOn::first_states,
+                           "Integral of the rotation matrix since the last correction: how bias becomes rotation");
+            }
+        states.add("state.clock", "s", 0, DependsOn::nothing, "Time since the last correction");
+    }
 };
 
 } // namespace hnav::fmu

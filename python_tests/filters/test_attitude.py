@@ -179,7 +179,7 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
         x = f.jump(m.t_s[k], x)
     np.testing.assert_allclose(f.posterior().q_nb, inside.q_nb[-1], atol=1e-8)
     assert (f.nominal_x() > 0).all()
-    seed = np.random.default_rng(1).normal(size=35)
+    seed = np.random.default_rng(1).normal(size=14)
     central = (f.derivative(0, x + 1e-5 * seed) - f.derivative(0, x - 1e-5 * seed)) / 2e-5
     np.testing.assert_allclose(f.derivative_along(0, x, seed), central, atol=1e-8)
 
@@ -269,7 +269,7 @@ def test_the_hybrid_view_shows_a_state_of_the_caller(motion):
     f = Filter(Options("hrekf"))
     f.run(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     x = f.get_x()
-    x[4:7] = [0.01, 0.02, 0.03]
+    x[:4] = [0.6, 0, 0.8, 0]
     f.show(1.5, x)
-    np.testing.assert_allclose(f.gyro_bias()[0], [0.01, 0.02, 0.03], atol=1e-15)
+    np.testing.assert_allclose(f.attitude().q_nb, [0.6, 0, 0.8, 0], atol=1e-15)
     assert f.attitude().t_s == 1.5

@@ -601,8 +601,8 @@ def test_a_token_of_another_version_is_turned_away(version):
 
 def _calls(fmu: Fmu):
     """Every call that has its time, by name."""
-    f, nx = fmu.fmu, 35
-    x = (C.c_double * nx)(*([1.0] + [0.0] * 34))
+    f, nx = fmu.fmu, 14
+    x = (C.c_double * nx)(*([1.0] + [0.0] * 13))
     calls = {
         "initialise": lambda: fmu.initialise(),
         "exit initialization": f.exitInitializationMode,

@@ -1,7 +1,9 @@
+// Compiled once: eigenvalues and vectors take seconds of compile time wherever they are used.
 #include "attitude/hrekf/correction.hpp"
 
 namespace hnav {
 
-template class HrekfCorrectionBase<Scalar>;
+template bool repair<6>(Square<6, Scalar>& P);
+template class HrekfCorrection<Scalar>;
 
 } // namespace hnav

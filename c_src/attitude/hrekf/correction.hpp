@@ -1,175 +1,198 @@
-// One correction of m rows that see the quaternion only, H = [H_q, 0]: inflation, gain, covariance and state.
+// One correction: inflation, then one row after the other, then the state.
+//
+// Rows see the rotation alone, H = [H_theta, 0] (covariance.hpp). What a direction says along itself is about the length of the
+// quaternion, which nothing else correlates with: a scalar beside the rest. Rows whose noises are independent correct one after the
+// other with the linearisation at the start, which equals the paper's correction by all at once:
+//     S = H Sigma H' + R,  K = Sigma H' S^-1,  e += K (nu - H e),  Sigma -= K H Sigma.
 #pragma once
 
 #include "attitude/hrekf/state.hpp"
 #include "estimation/robust_law.hpp"
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"
+#include "maths/unroll.hpp"
 
 namespace hnav {
 
-extern template bool repair<7>(Square<7, Scalar>& P); // this and the next in covariance.cpp
-extern template Square<7, Scalar> inflate<7>(const Square<7, Scalar>& P, const Eigen::Matrix<Scalar, 7, 1>& L, Scalar interval_s,
-                                             const RobustSettings<Scalar>& settings, RobustReport<Scalar>* report);
+extern template bool repair<6>(Square<6, Scalar>& P); // correction.cpp
 
-// What does not depend on the number of rows.
+// The error (theta, b) and the length of q, as a Gaussian whose mean was zero before the correction.
 template <class R>
-class HrekfCorrectionBase {
-protected:
-    using Covariance = Square<7, R>;
+struct HrekfGaussian {
+    using Vector = Eigen::Matrix<R, 6, 1>;
 
-    HrekfCorrectionBase(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s);
+    Square<6, R> P; // rotation with bias below the diagonal alone, once something has been learnt
+    Vector mean = Vector::Zero();
+    R length_variance, length = 0;
 
-    void inflate_covariance() { Sigma_ = inflate<7>(P_, law_.weight, R(interval_s_), law_.robust, &robust_); }
-    void repair_covariance() { s_.repaired += repair<7>(P_); }
+    R seen_by(const Vector3Of<R>& h) const { return h.dot(block<3, 3>(P, 0, 0) * h); }
 
-    // x holds the sum of state and correction, P the covariance that goes with it; KHN = K H_q N(q_minus), see error_map.hpp.
-    void finish(Covariance& P, const Eigen::Matrix<R, 7, 3>& KHN, bool sees_tilt, bool sees_heading);
+    // One row, nu = h theta + noise. kept: the errors after the correction by the rotation error before, see error_map.hpp. False:
+    // rounding has left the variance of the innovation without its sign, and nothing is taken.
+    bool take(const Vector3Of<R>& h, R nu, R noise, Eigen::Matrix<R, 6, 3>& kept) {
+        const Vector Ph = h[0] * P.col(0) + h[1] * P.col(1) + h[2] * P.col(2);
+        const R S = h[0] * Ph[0] + h[1] * Ph[1] + h[2] * Ph[2] + noise;
+        if (!(S > 0)) return false;
+        const Vector K = Ph * (1 / S);
+        mean += (nu - h.dot(rows<3>(mean, 0))) * K;
+        for (int j = 0; j < 3; ++j) P.col(j) -= Ph[j] * K;
+        for (int j = 3; j < 6; ++j) P.col(j).template tail<3>() -= Ph[j] * K.template tail<3>();
+        for (int j = 0; j < 3; ++j) kept.col(j) -= (h[0] * kept(0, j) + h[1] * kept(1, j) + h[2] * kept(2, j)) * K;
+        return true;
+    }
+
+    // A direction shrinks and grows with the square of the length: its row is 2.
+    void take_length(R nu, R noise) {
+        const R gain = 2 * length_variance / (4 * length_variance + noise);
+        length += gain * (nu - 2 * length);
+        length_variance *= 1 - 2 * gain;
+    }
+};
+
+template <class R>
+class HrekfCorrection {
+public:
+    using Covariance = Square<6, R>;
+
+    // P: of now, before the correction.
+    HrekfCorrection(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s, const Covariance& P, R length_variance);
+
+    const HrekfGaussian<R>& gaussian() const { return now_; }
+    Vector3Of<R> rotation_variances() const { return before_; } // before the correction, not inflated
+
+    void take(const Vector3Of<R>& h, R nu, R noise) {
+        if (!now_.take(h, nu, noise, kept_)) { // after ages without a sample
+            s_.repaired += repair<6>(now_.P);
+            now_.take(h, nu, noise, kept_);
+        }
+        if (law_.adaptation.mode == Adaptation::corrected) {
+            Eigen::Matrix<R, 6, 3> unused = kept_;
+            plain_.take(h, nu, noise, unused);
+        }
+    }
+    void take_length(R nu, R noise) { now_.take_length(nu, noise); }
+
+    // Puts what was learnt into the state.
+    void apply(bool sees_tilt, bool sees_heading);
+
+private:
+    void inflate(R interval_s);
+    void adapt();
+    QuaternionOf<R> return_to_unit_sphere();
 
     const HrekfLaw<R>& law_;
     HrekfState<R>& s_;
     double t_s_, interval_s_;
-    QuaternionOf<R> q_minus_;
-    Covariance P_, Sigma_;
+    HrekfGaussian<R> now_, plain_; // plain: without inflation, for the adaptation
+    Vector3Of<R> before_;
+    Eigen::Matrix<R, 6, 3> kept_;
     RobustReport<R> robust_;
-
-private:
-    static void limit_covariance(Covariance& P);
-    R return_to_unit_sphere(Covariance& P);
 };
 
-extern template class HrekfCorrectionBase<Scalar>; // correction.cpp
-
-template <int m, class R>
-class HrekfCorrection : HrekfCorrectionBase<R> {
-public:
-    using Rows = Eigen::Matrix<R, m, 1>;
-    using Gain = Eigen::Matrix<R, 7, m>;
-
-    HrekfCorrection(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s, const Eigen::Matrix<R, m, 4>& H,
-                    const Square<m, R>& noise)
-        : Base(law, s, t_s), H_(H) {
-        predict();
-        change_noise(noise);
-        if (factor_.positive()) return;
-        this->repair_covariance(); // over a long gap the integrator has left P indefinite
-        predict();
-        HSigmaHt_.diagonal() = HSigmaHt_.diagonal().cwiseMax(0);
-        change_noise(noise);
-    }
-
-    void change_noise(const Square<m, R>& noise) {
-        noise_ = noise;
-        S_ = HSigmaHt_ + noise;
-        symmetrise<m>(S_);
-        factor_ = Cholesky<m, R>(S_);
-    }
-
-    const Square<m, R>& innovation_covariance() const { return S_; }
-
-    void apply(const Rows& nu, bool sees_tilt, bool sees_heading) {
-        const Gain K = factor_.template solve<7>(SigmaHt_.transpose()).transpose();
-        typename Base::Covariance P;
-        P.noalias() = Sigma_ - K.lazyProduct(SigmaHt_.transpose());
-        if (law_.adaptation.mode != Adaptation::off) adapt(nu, K);
-        Eigen::Map<Eigen::Matrix<R, 7, 1>>(s_.x).noalias() += K * nu;
-        const Eigen::Matrix<R, m, 3> HN = H_.lazyProduct(across<R>(this->q_minus_));
-        this->finish(P, K.lazyProduct(HN), sees_tilt, sees_heading);
-    }
-
-private:
-    using Base = HrekfCorrectionBase<R>;
-    using Base::interval_s_, Base::P_, Base::s_, Base::law_, Base::Sigma_;
-
-    void predict() {
-        this->inflate_covariance();
-        SigmaHt_.noalias() = columns<4>(Sigma_, 0) * H_.transpose();
-        HSigmaHt_.noalias() = H_ * rows<4>(SigmaHt_, 0);
-    }
-
-    void adapt(const Rows& nu, const Gain& K) {
-        const AdaptationSettings<R>& adaptation = law_.adaptation;
-        const Matrix3Of<R> Q = unpack<3>(s_.bias_psd);
-        if (adaptation.mode == Adaptation::paper) {
-            pack<3>(adapt_as_printed<R>(Q, adaptation, rows<3>(K, 4) * nu), s_.bias_psd);
-            return;
-        }
-        // The plain Kalman correction, uninflated; its bias block only.
-        const Gain PHt = columns<4>(P_, 0) * H_.transpose();
-        Square<m, R> S = H_ * rows<4>(PHt, 0) + noise_;
-        symmetrise<m>(S);
-        const Eigen::Matrix<R, 3, m> bias_rows = rows<3>(PHt, 4);
-        const Eigen::Matrix<R, 3, m> K0 = Cholesky<m, R>(S).template solve<3>(bias_rows.transpose()).transpose();
-        const R posterior = (block<3, 3>(P_, 4, 4) - K0 * bias_rows.transpose()).trace();
-        const R level = Q.trace() / 3;
-        if (s_.adaptation.add(this->t_s_, interval_s_, K0 * nu, posterior - s_.previous_bias_trace) && level > 0)
-            pack<3>(Matrix3Of<R>(s_.adaptation.factor(adaptation, level) * Q), s_.bias_psd);
-    }
-
-    const Eigen::Matrix<R, m, 4>& H_;
-    Gain SigmaHt_;
-    Square<m, R> HSigmaHt_, noise_, S_;
-    Cholesky<m, R> factor_;
-};
-
-template <class R>
-HrekfCorrectionBase<R>::HrekfCorrectionBase(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s)
-    : law_(law),
-      s_(s),
-      t_s_(t_s),
-      interval_s_(t_s - s.last_correction_s),
-      q_minus_(QuaternionOf<R>(s.x).normalized()),
-      P_(unpack<7>(s.x + 7)) {
-    limit_covariance(P_);
-}
+extern template class HrekfCorrection<Scalar>; // correction.cpp
 
 // A unit quaternion has no error beyond 1. After ages without a sample its variances outgrow the digits that the noise needs
 // beside them in S; turned down on both sides, P stays a covariance.
 template <class R>
-void HrekfCorrectionBase<R>::limit_covariance(Covariance& P) {
+void limit_covariance(Square<6, R>& P, R& length_variance) {
     constexpr R max_trace = R(1e6);
-    const R trace = block<4, 4>(P, 0, 0).trace();
+    const R trace = block<3, 3>(P, 0, 0).trace() / 4 + length_variance;
     if (!(trace > max_trace)) return;
     const R factor = std::sqrt(max_trace / trace);
-    rows<4>(P, 0) *= factor;
-    columns<4>(P, 0) *= factor;
+    rows<3>(P, 0) *= factor;
+    columns<3>(P, 0) *= factor;
+    length_variance *= factor * factor;
 }
 
 template <class R>
-void HrekfCorrectionBase<R>::finish(Covariance& P, const Eigen::Matrix<R, 7, 3>& KHN, bool sees_tilt, bool sees_heading) {
-    const Vector3Of<R> before = rotation_variances_of<R>(q_minus_, block<4, 4>(P_, 0, 0));
-    const R norm = return_to_unit_sphere(P);
-    symmetrise<7>(P);
-    s_.repaired += repair<7>(P);
-    pack<7>(P, s_.x + 7);
-    s_.previous_bias_trace = block<3, 3>(P, 4, 4).trace();
+HrekfCorrection<R>::HrekfCorrection(const HrekfLaw<R>& law, HrekfState<R>& s, double t_s, const Covariance& P, R length_variance)
+    : law_(law), s_(s), t_s_(t_s), interval_s_(t_s - s.last_correction_s) {
+    now_.P = P;
+    now_.length_variance = length_variance;
+    limit_covariance<R>(now_.P, now_.length_variance);
+    before_ = diagonal<3>(now_.P, 0);
+    kept_ << Matrix3Of<R>::Identity(), Matrix3Of<R>::Zero();
+    if (law_.adaptation.mode == Adaptation::corrected) plain_ = now_;
+    if (law_.robust.mode != GammaMode::off && interval_s_ > 0) inflate(R(interval_s_));
+}
 
-    const QuaternionOf<R> q_plus(s_.x);
-    s_.error_map.jump(interval_s_, KHN, q_minus_, q_plus, norm, s_.x + 7);
+// By the eigenvalues of L P L' with the weight of the paper's four components of q: that of their rotation by half.
+template <class R>
+void HrekfCorrection<R>::inflate(R interval_s) {
+    const Eigen::Matrix<R, 6, 1>& D = law_.weight;
+    const Covariance LP = D.asDiagonal() * now_.P, LPL = LP * D.asDiagonal();
+    const R of_length = law_.length_weight * law_.length_weight * now_.length_variance;
+    Eigen::Matrix<R, 7, 1> values;
+    values << of_length, eigenvalues<6, R>(LPL);
+    if (values[0] > values[6]) std::swap(values[0], values[6]);
+    const R theta = inflation_theta<7, R>(values, interval_s, law_.robust, &robust_);
+    if (!(theta > 0)) return;
+    Covariance W = -LPL;
+    W.diagonal().array() += 1 / theta;
+    Cholesky<6, R>(W).template add_quadratic_form<6>(LP, now_.P);
+    now_.length_variance /= 1 - theta * of_length;
+}
+
+template <class R>
+void HrekfCorrection<R>::adapt() {
+    const AdaptationSettings<R>& adaptation = law_.adaptation;
+    const Matrix3Of<R> Q = unpack<3>(s_.bias_psd);
+    if (adaptation.mode == Adaptation::paper) {
+        pack<3>(adapt_as_printed<R>(Q, adaptation, segment<3>(now_.mean, 3)), s_.bias_psd);
+        return;
+    }
+    const R posterior = block<3, 3>(plain_.P, 3, 3).trace(), level = Q.trace() / 3;
+    if (s_.adaptation.add(t_s_, interval_s_, segment<3>(plain_.mean, 3), posterior - s_.previous_bias_trace) && level > 0)
+        pack<3>(Matrix3Of<R>(s_.adaptation.factor(adaptation, level) * Q), s_.bias_psd);
+}
+
+// q <- (1 + length, theta / 2) (x) q, back to unit length: what of the error lies along the new q is gone, and the rest is seen from
+// there. Leaves the covariance below its diagonal. Answers the turn.
+template <class R>
+QuaternionOf<R> HrekfCorrection<R>::return_to_unit_sphere() {
+    const Vector3Of<R> half = R(0.5) * rows<3>(now_.mean, 0);
+    const QuaternionOf<R> raw(1 + now_.length, half[0], half[1], half[2]);
+    const R norm = raw.norm();
+    const QuaternionOf<R> turn = raw / norm;
+    const Vector3Of<R> v(turn[1], turn[2], turn[3]);
+    const R length_variance = 4 * now_.length_variance / (norm * norm);
+    Matrix3Of<R> J = cross_matrix<R>(v);
+    J.diagonal().array() += turn[0];
+    J *= 1 / norm;
+    const Matrix3Of<R> rotation = J * block<3, 3>(now_.P, 0, 0), with_bias = block<3, 3>(now_.P, 3, 0), kept = rows<3>(kept_, 0);
+    HNAV_UNROLL
+    for (int i = 0; i < 3; ++i) {
+        HNAV_UNROLL
+        for (int j = 0; j <= i; ++j)
+            now_.P(i, j) =
+                rotation(i, 0) * J(j, 0) + rotation(i, 1) * J(j, 1) + rotation(i, 2) * J(j, 2) + length_variance * v[i] * v[j];
+    }
+    block<3, 3>(now_.P, 3, 0).noalias() = with_bias * J.transpose();
+    rows<3>(kept_, 0).noalias() = J * kept;
+    return turn;
+}
+
+template <class R>
+void HrekfCorrection<R>::apply(bool sees_tilt, bool sees_heading) {
+    if (law_.adaptation.mode != Adaptation::off) adapt();
+    Eigen::Map<QuaternionOf<R>> q(s_.x);
+    q = multiply<R>(return_to_unit_sphere(), q);
+    q.normalize();
+    Eigen::Map<Vector3Of<R>>(s_.bias) += segment<3>(now_.mean, 3);
+    s_.repaired += repair<6>(now_.P);
+    s_.error_map.jump(interval_s_, kept_, s_.x + HrekfPlaces::A, s_.P);
+    pack<6>(now_.P.transpose(), s_.P); // what is below the diagonal
+    s_.previous_bias_trace = block<3, 3>(now_.P, 3, 3).trace();
+
+    s_.forget_integrals();
     s_.last_correction_s = t_s_;
     ++s_.corrections;
     s_.gamma = robust_.gamma;
     s_.gamma_margin = robust_.margin;
     s_.gamma_raised += robust_.raised;
-    const Vector3Of<R> after = rotation_variances_of<R>(q_plus, block<4, 4>(P, 0, 0));
-    if (sees_tilt) s_.information.gain_tilt(before, after);
-    if (sees_heading) s_.information.gain_heading(before, after);
-}
-
-// q <- q/|q|, whose derivative is J = (I - q q')/|q|: P <- J P J' on the quaternion. Answers |q|.
-template <class R>
-R HrekfCorrectionBase<R>::return_to_unit_sphere(Covariance& P) {
-    Eigen::Map<QuaternionOf<R>> x_q(s_.x);
-    const R norm = x_q.norm();
-    x_q /= norm;
-    const QuaternionOf<R> q = x_q;
-    const Eigen::Matrix<R, 1, 7> along = q.transpose() * rows<4>(P, 0);
-    rows<4>(P, 0).noalias() -= q * along;
-    rows<4>(P, 0) /= norm;
-    const Eigen::Matrix<R, 7, 1> along_columns = columns<4>(P, 0) * q;
-    columns<4>(P, 0).noalias() -= along_columns * q.transpose();
-    columns<4>(P, 0) /= norm;
-    return norm;
+    const Vector3Of<R> after = diagonal<3>(now_.P, 0);
+    if (sees_tilt) s_.information.gain_tilt(before_, after);
+    if (sees_heading) s_.information.gain_heading(before_, after);
 }
 
 } // namespace hnav

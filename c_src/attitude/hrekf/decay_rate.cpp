@@ -2,7 +2,6 @@
 
 namespace hnav {
 
-template struct ErrorMap<Scalar>;
-template double decay_rate<Scalar>(const ErrorMap<Scalar>& e);
+template double decay_rate<Scalar>(const ErrorMap<Scalar>& e, const Scalar* P);
 
 } // namespace hnav

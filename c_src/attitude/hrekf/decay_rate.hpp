@@ -8,24 +8,25 @@
 
 #include "attitude/hrekf/error_map.hpp"
 #include "maths/eigenvalues.hpp"
+#include "maths/scalar.hpp"
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
 namespace hnav {
 
-// 1/s; 0 before the first correction and while a covariance is singular. Negative when the gains do not belong to P.
+// P: the upper triangle of the covariance after the correction. 1/s; 0 before the first correction and while a covariance is singular. Negative when the gains do not belong to P.
 template <class R>
-double decay_rate(const ErrorMap<R>& e) {
+double decay_rate(const ErrorMap<R>& e, const R* P) {
     if (!(e.interval_s > 0)) return 0;
-    const Eigen::LLT<Square<6, R>> before(error_map_covariance<R>(e.before)), after(error_map_covariance<R>(e.after));
+    const Eigen::LLT<Square<6, R>> before(unpack<6>(e.before)), after(unpack<6>(P));
     if (before.info() != Eigen::Success || after.info() != Eigen::Success) return 0;
-    Square<6, R> Z = Eigen::Map<const Square<6, R>>(e.M) * Square<6, R>(before.matrixL());
+    Square<6, R> Z = e.matrix() * Square<6, R>(before.matrixL());
     after.matrixL().solveInPlace(Z);
     const double largest = eigenvalues<6, R>(Z * Z.transpose())[5];
     return largest > 0 && std::isfinite(largest) ? -0.5 * std::log(largest) / e.interval_s : 0;
 }
 
-extern template double decay_rate<Scalar>(const ErrorMap<Scalar>& e);
+extern template double decay_rate<Scalar>(const ErrorMap<Scalar>& e, const Scalar* P);
 
 } // namespace hnav

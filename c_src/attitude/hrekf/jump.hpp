@@ -7,20 +7,18 @@ namespace hnav {
 
 template <class R>
 void HrekfModelOf<R>::jump(State& s, const Event& event) const {
+    if (s.started) {
+        Eigen::Map<QuaternionR>(s.x).normalize();
+        take_turn(s);
+    }
     if (!holds_backward(options_)) examine(s, event);
     for (int c = 0; c < channel_count; ++c) s.used[c] += s.has(event, c);
-    if (s.started && is_lost(s, event)) {
-        realign(s);
-        for (R& f : s.mean_force) f = 0;
-        s.lost = 1;
-        ++s.times_lost;
-    }
+    if (s.started && is_lost(s, event)) lose_attitude(s);
     if (s.started && is_gap(event.t_s - s.last_s[gyro], s.spacing_s)) widen_for_gap(s, event);
     if (s.started && event.begins_time_base()) widen(s, Vector3R(R(0.01), R(0.01), R(0.04)).asDiagonal());
     if (!s.started) {
         collect_for_start(s, event);
     } else {
-        s.error_map.flow(event.t_s, QuaternionR(s.x).normalized(), turn_rate(s, s.x));
         correct_directions(s, event);
         if (event.has(heading)) correct_heading(s, event);
     }

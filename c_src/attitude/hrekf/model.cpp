@@ -1,6 +1,7 @@
 #include "attitude/hrekf/model.hpp"
 
-#include "attitude/hrekf/closed_form.hpp"
+#include "attitude/hrekf/bias_walk.hpp"
+#include "attitude/hrekf/covariance.hpp"
 #include "attitude/hrekf/flow.hpp"
 #include "attitude/hrekf/jump.hpp"
 #include "attitude/hrekf/outputs.hpp"

@@ -1,10 +1,10 @@
 // The paper's filter: hybrid extended Kalman filter (gamma infinite) and hybrid robust extended Kalman filter.
 //
-// States x = (q, b, P): attitude quaternion, gyro bias, upper triangle of their 7 x 7 covariance. With the held rate w
-// and u = w - b the flow is
+// Estimated are the attitude quaternion q, the gyro bias b and their 7 x 7 covariance P. With the held rate w and u = w - b the flow
+// is
 //     q' = Xi(q) u,   b' = 0,   P' = A P + P A' + L Qc L',
 //     A = [Omega(u), -Xi(q); 0, 0],   L = [-Xi(q), 0; 0, I],   Qc = blkdiag(gyro noise, Q_b)
-// and the jump at a sample
+// of which the integrator gets q and the integral of its rotation matrix, from which P follows: covariance.hpp. The jump at a sample is
 //     Sigma = inflate(P),  S = H Sigma H' + R,  K = Sigma H' S^-1,  x += K nu,
 //     P+ = Sigma - K H Sigma   (equals the paper's (Sigma^-1 + H'R^-1 H)^-1)
 // followed by the return of q to the unit sphere, of which the covariance learns too.
@@ -23,6 +23,10 @@ namespace hnav {
 
 template <class R>
 struct HrekfDirection; // correct_directions.hpp
+template <class R>
+struct HrekfRows;
+template <class R>
+class HrekfCorrection; // correction.hpp
 
 template <class R>
 class HrekfModelOf {
@@ -30,10 +34,10 @@ public:
     static constexpr int nx = hrekf_nx;
     static constexpr int sensors = heading + 1; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
+    using Place = HrekfPlaces;
     using State = HrekfState<R>;
     using Options = hnav_hrekf_options;
-    using Covariance = Square<7, R>;
-    using Vector7 = Eigen::Matrix<R, 7, 1>;
+    using Covariance = Square<6, R>; // of (theta, b): rotation error about the navigation axes, gyro bias error
 
     HrekfModelOf() : HrekfModelOf(Options{}) {}
     explicit HrekfModelOf(const Options& options, const Frames& frames = {})
@@ -49,22 +53,26 @@ public:
     // Waits for a new start; bias, its covariance and the counters stay.
     void realign(State& s) const;
 
-    // Sizes of the states that absolute tolerances are relative to: at the start, and from the sigmas that a state claims.
+    // Sizes of the states that absolute tolerances are relative to.
     void nominal(R* x) const;
-    void nominal(const State& s, R* x) const;
+    void nominal(const State&, R* x) const { nominal(x); }
 
-    // flow.hpp, closed_form.hpp
+    // flow.hpp
     bool flows(const State& s) const { return s.started != 0; }
-    bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.x + 4); }
+    bool plausible(const State& s) const {
+        const bool finite = std::isfinite(Eigen::Map<const Eigen::Matrix<R, 36, 1>>(s.P).sum()); // P, C and N
+        return !s.started || (finite && is_plausible(s.x, s.bias));
+    }
     void normalise(State& s) const { restore_length(s.x); }
     void flow(const State& s, const R* x, R* dx) const;
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const;
+    static constexpr int read = Place::A; // the attitude
     static constexpr bool knows_rate = true;
-    double fastest_rate(const State& s) const { return turn_rate(s, s.x).norm(); }
+    double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
 
-    // The covariance went through the flow too, and its way back is not stable: no hold after the fact.
+    // The noise of a turn cannot be undone for another rate: no hold after the fact.
     static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
     // Of the usual change of the rate: a gap may fall into the fastest part of a turn.
@@ -98,7 +106,6 @@ private:
     using Vector3R = Vector3Of<R>;
     using Matrix3R = Matrix3Of<R>;
     using QuaternionR = QuaternionOf<R>;
-    using Blocks = HrekfBlocks<R>;
 
     static void put_q(State& s, const QuaternionR& q) { Eigen::Map<QuaternionR>(s.x) = q; }
 
@@ -111,10 +118,25 @@ private:
     }
 
     // Before the first gyro sample the body is taken to be still.
-    static Vector3R turn_rate(const State& s, const R* x) {
+    static Vector3R turn_rate(const State& s) {
         if (!s.has_rate) return Vector3R::Zero();
-        return {s.rate[0] - x[4], s.rate[1] - x[5], s.rate[2] - x[6]};
+        return Vector3R(s.rate) - Vector3R(s.bias);
     }
+
+    void take_turn(State& s) const; // bias_walk.hpp
+    bool walks_evenly() const { return law_.adaptation.mode != Adaptation::paper; } // the walk of the bias is a multiple of I
+    static R walk_level(const State& s) { return (s.bias_psd[0] + s.bias_psd[3] + s.bias_psd[5]) / 3; }
+    Matrix3R walk_shape(const State& s) const {
+        const R level = walk_level(s);
+        return walks_evenly() || !(level > 0) ? Matrix3R(Matrix3R::Identity()) : Matrix3R(unpack<3>(s.bias_psd) / level);
+    }
+
+    // covariance.hpp
+    Covariance covariance(const State& s) const;
+    Matrix3R bias_covariance(const State& s) const { // it stands last in the triangle
+        return unpack<3>(s.P + 15) + s.x[Place::t] * unpack<3>(s.bias_psd);
+    }
+    R length_variance(const State& s) const { return density_.quaternion_psd * s.x[Place::t]; }
 
     // recovery.hpp
     void examine(State& s, const Event& event) const;
@@ -122,15 +144,15 @@ private:
     void widen(State& s, const Matrix3R& rotation_covariance) const;
     void widen_for_gap(State& s, const Event& event) const;
     bool is_lost(State& s, const Event& event) const;
+    void lose_attitude(State& s) const;
     static void doubt_heading(State& s, R interval_s);
 
     // start.hpp
+    void put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const;
     void forget_attitude(State& s) const;
     void collect_for_start(State& s, const Event& event) const;
     static void put_reference(State& s, const ReferenceFieldOf<R>& reference);
     static void learn(State& s, const QuaternionR& q, const Vector3R& field_b);
-
-    Square<4, R> attitude_noise(const QuaternionR& q) const; // flow.hpp
 
     // The interval that a sample stands for. No gap is told from a slow sensor: the limit bounds both.
     R interval(const State& s, int channel, double t_s) const {
@@ -139,16 +161,20 @@ private:
 
     // correct_directions.hpp, correct_heading.hpp
     void correct_directions(State& s, const Event& event) const;
-    template <int count>
-    void correct_by(State& s, double t_s, const HrekfDirection<R> (&directions)[count]) const;
-    const InnovationOf<R>& record(State& s, const HrekfDirection<R>& direction, double t_s, const Vector3R& nu,
-                                  const Matrix3R& S) const;
+    void judge(State& s, double t_s, const HrekfDirection<R>& d, const HrekfCorrection<R>& correction, HrekfRows<R>& rows) const;
+    void correct_by(State& s, double t_s, const HrekfDirection<R>* directions, int count) const;
     void correct_heading(State& s, const Event& event) const;
 
+    bool tilt_ready(const State& s, const Vector3R& variances) const {
+        return angle_ready(tilt_variance<R>(variances), s.information.tilt, R(options_.ready_tilt_rad));
+    }
+    bool heading_ready(const State& s, const Vector3R& variances) const {
+        return angle_ready(variances[2], s.information.heading, R(options_.ready_heading_rad));
+    }
+
     // Gates rely on the estimate, so each waits until the angle that its sensor sees is ready.
-    bool gate_works(const State& s, int channel) const {
-        const Estimate e = estimate(s);
-        return channel == accel ? e.tilt_ready : e.tilt_ready && e.heading_ready;
+    bool gate_works(const State& s, int channel, const Vector3R& variances) const {
+        return tilt_ready(s, variances) && (channel == accel || heading_ready(s, variances));
     }
 
     R gate_nis(int channel) const { return R(gates_.nis[channel]); }

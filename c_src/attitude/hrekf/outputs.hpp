@@ -18,47 +18,41 @@ Estimate HrekfModelOf<R>::estimate(const State& s) const {
     Estimate e;
     e.started = s.started != 0;
     e.q_bn = q.template cast<double>();
-    e.rate_b = turn_rate(s, s.x).template cast<double>();
-    e.bias_b = Vector3R(s.x + 4).template cast<double>();
-    const Vector3R variance = rotation_variances_of<R>(q, Blocks(s.x + 7).qq);
-    e.tilt_ready = e.started && angle_ready(tilt_variance<R>(variance), s.information.tilt, R(options_.ready_tilt_rad));
-    e.heading_ready = e.started && angle_ready(variance[2], s.information.heading, R(options_.ready_heading_rad));
+    e.rate_b = turn_rate(s).template cast<double>();
+    e.bias_b = Vector3R(s.bias).template cast<double>();
+    if (!e.started) return e;
+    const Covariance P = covariance(s);
+    const Vector3R variances = diagonal<3>(P, 0);
+    e.tilt_ready = tilt_ready(s, variances);
+    e.heading_ready = heading_ready(s, variances);
     return e;
 }
 
 template <class R>
 ErrorCovariance HrekfModelOf<R>::error_covariance(const State& s) const {
-    const Blocks P(s.x + 7);
-    const Matrix34Of<R> T = rotation_from_error<R>(QuaternionR(s.x).normalized());
-    Square<6, R> C;
-    block<3, 3>(C, 0, 0) = T * P.qq * T.transpose();
-    block<3, 3>(C, 0, 3) = T * P.qb;
-    block<3, 3>(C, 3, 0) = block<3, 3>(C, 0, 3).transpose();
-    block<3, 3>(C, 3, 3) = P.bb;
-    return C.template cast<double>();
+    return covariance(s).template cast<double>();
 }
 
 template <class R>
 Matrix3 HrekfModelOf<R>::rotation_covariance(const State& s) const {
-    const Matrix34Of<R> T = rotation_from_error<R>(QuaternionR(s.x).normalized());
-    const Matrix3R C = T * Blocks(s.x + 7).qq * T.transpose();
-    return C.template cast<double>();
+    const Covariance P = covariance(s);
+    return block<3, 3>(P, 0, 0).template cast<double>();
 }
 
 template <class R>
 Vector3 HrekfModelOf<R>::bias_variances(const State& s) const {
-    return Blocks(s.x + 7).bb.diagonal().template cast<double>();
+    return bias_covariance(s).diagonal().template cast<double>();
 }
 
 template <class R>
 double HrekfModelOf<R>::bias_walk(const State& s) const {
-    return std::sqrt(unpack<3>(s.bias_psd).trace() / 3);
+    return std::sqrt(walk_level(s));
 }
 
 template <class R>
 double HrekfModelOf<R>::decay_rate(const State& s) const {
     if constexpr (small_build) return 0; // a figure for who studies a filter
-    else return hnav::decay_rate(s.error_map);
+    else return hnav::decay_rate(s.error_map, s.P);
 }
 
 template <class R>

@@ -35,13 +35,12 @@ void HrekfModelOf<R>::lose_rate(State& s, double t_s) const {
     widen(s, lost);
 }
 
-// Adds to the covariance of the rotation error about the navigation axes.
+// Adds to the covariance of the rotation error about the navigation axes, which the flow leaves as it is.
 template <class R>
 void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const {
-    const Matrix34Of<R> T = rotation_from_error<R>(QuaternionR(s.x).normalized());
-    Blocks P(s.x + 7);
-    P.qq += T.transpose() * rotation_covariance * T / 16;
-    P.write(s.x + 7);
+    Covariance P = unpack<6>(s.P);
+    block<3, 3>(P, 0, 0) += rotation_covariance;
+    pack<6>(P, s.P);
     s.information = {};
 }
 
@@ -70,6 +69,14 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     s.force_changes = away.squaredNorm() > still_m_s2 * still_m_s2;
     const R size = mean.norm();
     return std::fabs(size - g) < R(0.4) * g && -mean[2] < far_cosine * size;
+}
+
+template <class R>
+void HrekfModelOf<R>::lose_attitude(State& s) const {
+    realign(s);
+    for (R& f : s.mean_force) f = 0;
+    s.lost = 1;
+    ++s.times_lost;
 }
 
 // A field that goes on to lie far from the reference speaks against one of the two, or against the heading: it is ready again

@@ -12,9 +12,15 @@
 #include "signals/gaps.hpp"
 #include "signals/sensor_checks.hpp"
 
+#include <algorithm>
+
 namespace hnav {
 
-constexpr int hrekf_nx = 35; // q 4, b 3, upper triangle of their covariance
+// Places in the continuous states: q, then since the last correction A, the integral of R_bn (column by column), and the time.
+struct HrekfPlaces {
+    static constexpr int A = 4, t = 13;
+};
+constexpr int hrekf_nx = 14;
 
 // Squares of the noise densities, which each sample asks for.
 template <class R>
@@ -53,14 +59,16 @@ private:
 template <class R>
 struct HrekfLaw {
     RobustSettings<R> robust;
-    Eigen::Matrix<R, 7, 1> weight; // L of the H-infinity term, diagonal
+    Eigen::Matrix<R, 6, 1> weight; // L of the H-infinity term, diagonal: of rotation and bias
+    R length_weight;
     AdaptationSettings<R> adaptation;
 
     explicit HrekfLaw(const hnav_hrekf_options& o)
         : robust(o),
           adaptation{static_cast<Adaptation>(o.adaptation), R(o.adaptation_gain), R(square(o.adaptation_min_rad_s_per_sqrt_s)),
                      R(square(o.adaptation_max_rad_s_per_sqrt_s))} {
-        weight.template head<4>().setConstant(R(o.gamma_weight_attitude));
+        length_weight = R(o.gamma_weight_attitude);
+        weight.template head<3>().setConstant(length_weight / 2);
         weight.template tail<3>().setConstant(R(o.gamma_weight_bias));
     }
 };
@@ -69,6 +77,10 @@ struct HrekfLaw {
 template <class R>
 struct HrekfState {
     R x[hrekf_nx];
+    R bias[3];
+    R P[21]; // upper triangle of the covariance of (theta, b) just after the last correction
+    // How the walk of the bias has become rotation up to the last event, and A and time there: bias_walk.hpp.
+    R C[9], N[6], walk_A[9], walk_s;
     R rate[3]; // held
     R bias_psd[6]; // upper triangle of Q_b
     R reference_strength, reference_north, reference_down; // of the unit field
@@ -95,37 +107,13 @@ struct HrekfState {
 
     std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
     bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
-};
-
-// The covariance by its blocks, to and from the packed upper triangle.
-template <class R>
-struct HrekfBlocks {
-    Square<4, R> qq;
-    Matrix43Of<R> qb;
-    Matrix3Of<R> bb;
-
-    HrekfBlocks() = default;
-    explicit HrekfBlocks(const R* upper) {
-        for (int i = 0; i < 4; ++i) {
-            for (int j = i; j < 4; ++j) qq(i, j) = qq(j, i) = *upper++;
-            for (int j = 0; j < 3; ++j) qb(i, j) = *upper++;
-        }
-        bb = unpack<3>(upper);
-    }
-    void write(R* upper) const {
-        for (int i = 0; i < 4; ++i) {
-            for (int j = i; j < 4; ++j) *upper++ = qq(i, j);
-            for (int j = 0; j < 3; ++j) *upper++ = qb(i, j);
-        }
-        pack<3>(bb, upper);
+    void forget_integrals() {
+        std::fill(x + HrekfPlaces::A, x + hrekf_nx, R(0));
+        std::fill(C, C + 9, R(0));
+        std::fill(N, N + 6, R(0));
+        std::fill(walk_A, walk_A + 9, R(0));
+        walk_s = 0;
     }
 };
-
-// Variances of the rotation error about north, east and down, from the covariance of the unit quaternion q.
-template <class R>
-inline Vector3Of<R> rotation_variances_of(const QuaternionOf<R>& q, const Square<4, std::common_type_t<R>>& Pqq) {
-    const Matrix34Of<R> T = rotation_from_error<R>(q);
-    return (T * Pqq).cwiseProduct(T).rowwise().sum();
-}
 
 } // namespace hnav

@@ -187,9 +187,9 @@ HNAV_API hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, con
 /* The same filter for callers that bring their own integrator (FMI Model Exchange): x' = f(x) between events, x+ = jump(x-) at an
  * event. Not to be combined with advance or run, nor, in the HREKF, with the backward gyro hold. AHRS and INS apply the rate of a
  * backward sample to the interval before it at the jump. States:
- *     HREKF     q 4 (north-east-down of magnetic north to body, before the interface rotations), gyro bias 3, covariance 28 (upper
- *               triangle of the 7 x 7 matrix, row by row)
- *     AHRS      q 4, the integral of its rotation matrix since the last correction 9 (column by column), the time since then; they
+ *     AHRS, HREKF
+ *               q 4 (north-east-down of magnetic north to body, before the interface rotations),
+ *               the integral of its rotation matrix since the last correction 9 (column by column), the time since then; they
  *               determine the covariance
  *     INS       in Earth-fixed axes, north-east-down at an anchor near the body: displacement from it in m 3, velocity in m/s 3,
  *               quaternion body to these axes 4. They flow once there is a tilt. While the heading is unknown, the axes are turned

@@ -173,10 +173,21 @@ class WatchedReference(ReferenceFilter):
 
     def start_from(self, in_c: Filter, t_s: float) -> None:
         """Takes over attitude, bias and covariance with which the library has just started."""
-        x = in_c.get_x()
-        self.q, self.b, self.P = x[:4], x[4:7], unpack(x[7:])
+        self.q, self.b, self.P = self.estimate_of(in_c)
         self.last_correction, self.P_after, self.started = t_s, self.P, True
         self.forget_flow()
+
+    def estimate_of(self, in_c: Filter) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """q (4), bias (3, rad/s) and the covariance of both (7 x 7) of the library, in the reference's axes."""
+        q = in_c.get_x()[:4]
+        to_internal = np.eye(6)
+        to_internal[:3, :3] = C_bn(self.user_from_internal)
+        P = to_internal @ in_c.covariance() @ to_internal.T
+        # The length of a quaternion that a correction has just left has no error; before one it has its noise.
+        G = np.zeros((7, 6))
+        G[:4, :3] = 0.5 * right_multiplication(q)[:, 1:]
+        G[4:, 3:] = np.eye(3)
+        return q, in_c.gyro_bias()[0], G @ P @ G.T
 
     def correct(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
         # A field that comes before any reference becomes the reference; it corrects nothing.
@@ -201,19 +212,14 @@ class WatchedReference(ReferenceFilter):
                           self.q, self.b, float(self.gamma), tuple(self.turns))  # fmt: skip
 
 
-def unpack(upper: np.ndarray) -> np.ndarray:
-    """7 x 7 from the 28 elements of its upper triangle, row by row."""
-    P = np.zeros((7, 7))
-    P[np.triu_indices(7)] = upper
-    return P + np.triu(P, 1).T
-
-
-def difference(x: np.ndarray, reference: ReferenceFilter) -> float:
-    """Largest difference of quaternion, bias and, relative to its diagonal, covariance. x: 35 states of the library."""
-    P = unpack(x[7:])
+def difference(in_c: Filter, reference: WatchedReference) -> float:
+    """Largest difference of quaternion, bias and, relative to its diagonal, covariance across the quaternion."""
+    q, b, P = reference.estimate_of(in_c)
+    across = np.eye(7)
+    across[:4, :4] -= np.outer(q, q)
     scale = np.sqrt(np.maximum(np.diag(P), 1e-300))
-    relative = np.abs(P - reference.P) / np.outer(scale, scale)
-    return float(max(np.abs(x[:4] - reference.q).max(), np.abs(x[4:7] - reference.b).max(), relative.max()))
+    relative = np.abs(P - across @ reference.P @ across) / np.outer(scale, scale)
+    return float(max(np.abs(q - reference.q).max(), np.abs(b - reference.b).max(), relative.max()))
 
 
 def _refuse_difference(name: str, t_s: float, found: float, options: Options) -> None:
@@ -247,7 +253,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
         if was_started and not reference.started:
             restarts.append(t_s)
         if reference.started:
-            largest = max(largest, difference(in_c.get_x(), reference))
+            largest = max(largest, difference(in_c, reference))
             _refuse_difference(recording.name, t_s, largest, options)
             if reference.gain is not None:
                 corrections.append(reference.correction(t_s, t_s - last_s))
