@@ -103,10 +103,11 @@ def test_verdicts_on_the_field_are_a_choice_by_name(version):
 
 @versions
 def test_derivatives_bear_the_unit_of_their_state_by_the_second(version):
-    variables = described("Hrekf", version).modelVariables
-    for v in variables:
-        if v.derivative is not None:
-            assert v.unit == {"rad/s": "rad/s2", None: "1/s"}[v.derivative.unit], v.name
+    per_second = {"m": "m/s", "m/s": "m/s2", "rad": None, "rad/s": "rad/s2", "s": None, None: "1/s"}
+    for name in ("Hrekf", "Ins", "Pendulum"):
+        for v in described(name, version).modelVariables:
+            if v.derivative is not None:
+                assert v.unit == per_second[v.derivative.unit], (name, v.name)
 
 
 @versions
