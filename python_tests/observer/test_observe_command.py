@@ -1,5 +1,7 @@
 """hnav observe: what an FMU offers, a first plan, and estimates from a table."""
 
+import tomllib
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -31,14 +33,15 @@ def test_an_fmu_is_told_and_its_first_plan_is_one(little_fmu, tmp_path):
     ):  # fmt: skip
         assert line in told.stdout
     plan = tmp_path / "plan.toml"
-    plan.write_text(told.stdout[told.stdout.index("[plant]") :])
+    plan.write_text(told.stdout)
     fits = hnav("observe", little_fmu, "--plan", plan)
     assert (fits.returncode, fits.stdout) == (0, "little.fmu and plan.toml fit: x, v by x\n")
 
 
 def test_a_proof_is_told(little_fmu, files):
     told = hnav("observe", little_fmu, "--prove")
-    assert "derivatives by states: right (worst: " in told.stdout
+    assert "# derivatives by states: right (worst: " in told.stdout
+    assert tomllib.loads(told.stdout)["plant"] == {"fmu": "little.fmu"}
     plan = files[0]
     plan.write_text(TEXT.replace("mode = 0", "mode = 5"))
     told = hnav("observe", little_fmu, "--plan", plan, "--prove")
@@ -106,6 +109,8 @@ def test_a_page_shows_estimates_innovations_and_derivatives(little_fmu, files, t
         (["--plan", "PLAN", "--data", "DATA", "--out", "DATA"], "is read by this command"),
         (["--plan", "PLAN", "--data", "PLAN", "--out", "OUT"], "plan.toml"),
         (["--plan", "nowhere.toml"], "nowhere.toml"),
+        (["--plan", "PLAN", "--export", "OUT", "--fmi", "1"], "--fmi is 1: it must be 2 or 3"),
+        (["--plan", "PLAN", "--export", "OUT", "--period", "0"], "--period is 0: it must lie in"),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(little_fmu, files, arguments, said):

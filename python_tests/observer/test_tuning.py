@@ -94,6 +94,6 @@ def test_noises_on_the_command_line(little_fmu, tmp_path):
     pd.DataFrame({"t_s": T_S[:600], "x": recording()[:600]}).to_csv(data, index=False)
     told = command("observe", little_fmu, "--plan", plan, "--data", data, "--tune")
     assert told.returncode == 0, told.stderr
-    assert '[sensor."x"] noise = 0.0' in told.stdout and '[state."v"] noise = 0.' in told.stdout
+    assert '[sensor."x"]\nnoise = 0.0' in told.stdout and '[state."v"]\nnoise = 0.' in told.stdout
     assert "predicted over 10 samples: mean NIS" in told.stdout and "the model holds" in told.stdout
     assert command("observe", little_fmu, "--plan", plan, "--tune").returncode == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -267,11 +268,11 @@ def tell_noises(observer: Observer, data: Path) -> None:
     say(f"log-likelihood of the samples {before:.1f}, with the noises below {after:.1f}:")
     plan = tuned.plan
     for name, sensor in plan.sensors.items():
-        say(f'[sensor."{name}"] noise = {sensor.noise:.4g}')
+        say(f'[sensor."{name}"]\nnoise = {sensor.noise:.4g}')
     for table, known in (("state", plan.states), ("unknown_input", plan.unknown_inputs), ("parameter", plan.parameters)):
         for name, told in known.items():
             if told.noise > 0:
-                say(f'[{table}."{name}"] noise = {told.noise:.4g}')
+                say(f'[{table}."{name}"]\nnoise = {told.noise:.4g}')
     run = Observer(plan, observer.options).run(t_s, sensors, inputs)
     for line in ["with these noises:", *innovations(run), *offsets(run, plan)]:
         say(line)
@@ -303,6 +304,11 @@ def describe_plant(file: Path, prove: bool) -> None:
         tell(read_model_description(plant), prove)
 
 
+def remark(line: str) -> None:
+    """Prints a line beside the first plan as a comment of TOML: the whole output is then a plan."""
+    say(f"# {line}")
+
+
 def tell_functions(plant: Plant, name: str) -> None:
     """Of a plant in Python: what there is, and a plan to start with."""
     plan = Plan(plant)
@@ -312,9 +318,9 @@ def tell_functions(plant: Plant, name: str) -> None:
         plan.state(state, start_sigma=0.1 * (abs(start) or 1.0), noise=0.01 * (abs(start) or 1.0))
     for input in plant.inputs:
         plan.input(input)
-    say(f"{name}: functions in Python, {len(plant.states)} state{'s' * (len(plant.states) > 1)}")
+    remark(f"{name}: functions in Python, {len(plant.states)} state{'s' * (len(plant.states) > 1)}")
     for kind, names in (("parameters that may be estimated", plant.parameters), ("inputs", plant.inputs)):
-        say(f"{kind}: {', '.join(names) or 'none'}")
+        remark(f"{kind}: {', '.join(names) or 'none'}")
     tell_plan(plan, name)
 
 
@@ -324,19 +330,15 @@ def tell(fmu: ModelDescription, prove: bool) -> None:
     plan = first_plan(fmu)
     observer = Observer(plan)
     for sentence in observer.lies():
-        say(sentence)
+        remark(sentence)
     if prove:
-        tell_proof(observer)
+        tell_proof(observer, remark)
     tell_plan(plan, fmu.path.name)
 
 
 def tell_plan(plan: Plan, fmu: str) -> None:
-    for line in (
-        "",
-        "A plan to start with; put what you know of your sensors, of the start and of what disturbs the states:",
-        "",
-        *text_of(plan, fmu),
-    ):
+    remark("A plan to start with; put what you know of your sensors, of the start and of what disturbs the states:")
+    for line in ("", *text_of(plan, fmu)):
         say(line)
 
 
@@ -345,23 +347,23 @@ def tell_variables(fmu: ModelDescription) -> None:
     real = [v for v in fmu.variables.values() if v.is_real]
     parameters = [v for v in real if v.causality == "parameter"]
     fixed = [v for v in parameters if v.variability == "fixed"]
-    say(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
-    say(f"states: {listed([state for state, _ in fmu.states])}")
-    say(f"sensors may be: {listed(candidates(fmu))}")
-    say(f"inputs: {listed([v for v in real if v.causality == 'input'])}")
-    say(f"parameters that may be estimated: {listed([v for v in parameters if v.variability == 'tunable'])}")
+    remark(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
+    remark(f"states: {listed([state for state, _ in fmu.states])}")
+    remark(f"sensors may be: {listed(candidates(fmu))}")
+    remark(f"inputs: {listed([v for v in real if v.causality == 'input'])}")
+    remark(f"parameters that may be estimated: {listed([v for v in parameters if v.variability == 'tunable'])}")
     if fixed:
-        say(f"fixed, to be estimated only when exported as tunable: {listed(fixed)}")
+        remark(f"fixed, to be estimated only when exported as tunable: {listed(fixed)}")
 
 
-def tell_proof(observer: Observer) -> None:
+def tell_proof(observer: Observer, write: Callable[[str], None] = say) -> None:
     """A line for each block of derivatives that the plant offers."""
     found = observer.proof()
     if not found:
-        say("it offers no derivatives: differences are used")
+        write("it offers no derivatives: differences are used")
     for name, block in found.items():
         verdict = "right" if block.exact else "wrong, differences are used"
-        say(f"{name.replace('_', ' ')}: {verdict} (worst: told {block.told:.9g}, differences {block.measured:.9g})")
+        write(f"{name.replace('_', ' ')}: {verdict} (worst: told {block.told:.9g}, differences {block.measured:.9g})")
 
 
 def candidates(fmu: ModelDescription) -> list[Variable]:

@@ -61,7 +61,7 @@ class Plant:
     ):
         for name, given in (("states", states), ("inputs", inputs), ("parameters", parameters), ("discrete", discrete)):
             if not isinstance(given or {}, Mapping):
-                raise HnavValueError("option", f'{name} = {given!r}: write names and starts, {name}={{"name": 0.0}}', name)
+                raise HnavValueError("option", f'{name} = {given!r}: write names and starts, {name}={{"name": 0.0}}')
         self.derivatives, self.outputs, self.jacobian = derivatives, outputs, jacobian
         self.indicators, self.event, self.next_event = indicators, event, next_event
         self.discrete = dict(discrete or {})
