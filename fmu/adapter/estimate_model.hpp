@@ -65,6 +65,7 @@ protected:
     // What a push call answered. What is no sample is refused and counted by the object; that is no reason to stop a simulation.
     void pushed(hnav_status status) {
         if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
+        this->note_refusal(status);
     }
 
 private:

@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_mistaken_ = judged_ = false;
+    said_lost_ = said_mistaken_ = refusal_logged_ = judged_ = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -277,6 +277,10 @@ void Instance::say_what_was_lost(double apart_s) {
             "warning: %s changed for the first time after samples had been taken at the period of its sensor; they are forgotten, and "
             "the counter marks samples from now on: set sampling_mode = counter",
             by);
+    }
+    if (const char* why = refusal_logged_ ? nullptr : model_->refused()) {
+        refusal_logged_ = true;
+        fail("warning: %s; such samples are not used", why);
     }
     if (said_lost_) return;
     const Lost lost = model_->lost();

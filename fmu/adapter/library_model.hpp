@@ -56,7 +56,10 @@ public:
     void clear() final {
         Calls::destroy(object_);
         object_ = nullptr;
+        refused_.text[0] = '\0';
     }
+
+    const char* refused() const final { return refused_.text[0] != '\0' ? refused_.text : nullptr; }
 
 protected:
     ~LibraryModel() override { Calls::destroy(object_); }
@@ -75,8 +78,16 @@ protected:
         return status == HNAV_OK;
     }
 
+    // Keeps the reason of the first refusal of a value out of range.
+    void note_refusal(hnav_status status) {
+        if (status == HNAV_ERROR_OUT_OF_RANGE && refused_.text[0] == '\0') done(status, &refused_);
+    }
+
     typename Calls::Object* object_ = nullptr;
     Memory memory_{};
+
+private:
+    Message refused_{};
 };
 
 } // namespace hnav::fmu

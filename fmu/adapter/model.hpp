@@ -102,6 +102,8 @@ public:
     virtual Lost lost() const { return {}; }
     // The counter that first changed after samples had been taken at the period of its sensor; null when none has.
     virtual const char* mistaken() const { return nullptr; }
+    // Why the first sample was refused whose value no sensor can have, such as a latitude in degrees; null when none was.
+    virtual const char* refused() const { return nullptr; }
     // What a user should know of the run so far, if anything, goes into what; false while it is too early.
     virtual bool judge(Message* /*what*/) { return true; }
     // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.

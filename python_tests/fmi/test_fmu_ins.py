@@ -377,3 +377,20 @@ def test_simulate_fmu_runs_the_example_input(version, kind, tmp_path):
     assert end["align.phase"] == PHASES.index("navigating") and end["att.sigma[3]"] < np.radians(3)
     assert abs(end["att.heading"] - course) < 3 * end["att.sigma[3]"]
     assert abs(end["nav.velocity[1]"] - speed * np.cos(course)) < 0.5
+
+
+@versions
+def test_a_value_in_a_wrong_unit_is_said_once_with_the_right_one(version):
+    with opened(version) as fmu:
+        for _ in range(2):
+            count = len(fmu.messages)
+            fmu.set("sampling_mode", "auto")
+            fmu.set("gnss.latitude", 48.1)
+            fmu.set("gnss.valid", True)
+            fmu.initialise()
+            for k in range(50):
+                fmu.do_step(0.01 * k, 0.01 * (k + 1) - 0.01 * k)
+            said = fmu.messages[count:]
+            assert len(said) == 1 and "latitude of 48.1: it must be in rad" in said[0] and "not used" in said[0]
+            assert fmu.get("count.gnss_used") == 0
+            fmu.call(fmu.fmu.reset)
