@@ -217,7 +217,8 @@ hnav_status hnav_filter_smooth(hnav_filter* filter, size_t n, const hnav_run_inp
     REQUIRE_OBJECT(AttitudeObject, object, filter);
     const hnav_status status = check_arrays(object, n, input, output);
     if (status != HNAV_OK || n == 0) return status;
-    if (!object->turns_back()) return object->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS has");
+    if (!object->turns_back())
+        return object->fail(HNAV_ERROR_UNSUPPORTED, "this filter has no smoother: the AHRS and the INS have one");
     auto* room = static_cast<PassEstimate*>(take_block(2 * n * sizeof(PassEstimate)));
     if (!room) return object->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu rows", n);
     object->reset();

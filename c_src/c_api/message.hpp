@@ -100,7 +100,10 @@ struct CallersMessage {
             return fail(HNAV_ERROR_OPTIONS_STAMP, "options were made by another call than %s, which this object needs",
                         list.defaults_call);
         default:
-            return fail(HNAV_ERROR_OPTIONS_STAMP, "options were not made by %s: begin with what it returns", list.defaults_call);
+            return fail(
+                HNAV_ERROR_OPTIONS_STAMP,
+                "options were not made by %s, or its preset does not exist: begin with what it returns for an existing one",
+                list.defaults_call);
         }
     }
 
