@@ -83,7 +83,7 @@ def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     (["filter", "nowhere.csv", "--out", "x.csv"], "nowhere.csv"),
     (["filter", "FLIGHT", "--out", "/nonexistent/x.csv"], "/nonexistent/x.csv"),
     (["filter", "FLIGHT", "--out", "OUT", "--engine", "fmi9"], "--engine fmi9: choose one of c"),
-    (["filter", "FLIGHT", "--out", "OUT", "--filter", "magic"], "--filter magic: choose one of"),
+    (["filter", "FLIGHT", "--out", "OUT", "--filter", "magic"], "--filter magic: choose one of hrekf, ahrs, ins"),
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma"], "NAME=VALUE"),
     (["filter", "FLIGHT", "--out", "OUT", "--set", "no_such=1"], "no_such"),
     (["filter", "FLIGHT", "--out", "OUT", "--set", "gamma=-1"], "gamma"),

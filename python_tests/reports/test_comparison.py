@@ -148,3 +148,5 @@ def test_estimates_of_the_ahrs_against_a_trial_whatever_their_frame(tmp_path, br
     late.write_text("t_s,q0,q1,q2,q3\n1e6,1,0,0,0\n1000001,1,0,0,0\n")
     refused = hnav("compare", path, late)
     assert refused.returncode == 2 and "--align clock" in refused.stderr and refused.stderr.count("\n") == 1
+    refused = hnav("compare", path, files[0], "--from", "1e9")
+    assert refused.returncode == 2 and "--from 1e+09: enu has no row after it" in refused.stderr

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from browser import LOADED, browse
 from command_line import hnav
 from hnav import Filter, __version__
+from hnav.cli.report import beside
 from hnav.errors import HnavError
 from hnav.io.recordings import Recording
 from hnav.reports.recording_run import recording_run
@@ -241,3 +243,9 @@ def test_a_gate_says_nothing_before_its_first_sample(recording):
     seen = view(recording_run(filtered(late), late))
     assert not seen["ahrs.gate.mag_ok"][:2000].any() and seen["ahrs.gate.mag_ok"][3000:].any()
     assert "gate.mag_ok" not in {name.partition(".")[2] for name in view(recording_run(filtered(late.cropped(15)))).columns}
+
+
+def test_the_page_of_the_folder_that_one_is_in_lies_beside_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert beside(Path("."), ".html") == tmp_path.with_suffix(".html")
+    assert beside(Path("walk.csv"), ".html") == Path("walk.html")

@@ -89,7 +89,7 @@ class _Commands(TyperGroup):
 
 
 app = typer.Typer(
-    cls=_Commands, pretty_exceptions_enable=False, help="Attitude and heading from recordings, simulations and proofs about them.",
+    cls=_Commands, pretty_exceptions_enable=False, help="Attitude, heading, position and velocity from recordings and in simulations.",
     epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]},
 )  # fmt: skip
 

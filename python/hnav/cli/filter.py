@@ -42,7 +42,7 @@ from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.health import Finding, Tally, findings
-from hnav.filters.options import Options
+from hnav.filters.options import Options, option_table
 from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
@@ -137,6 +137,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
     """One recording into its table and its page; what it was read as. Raises HnavError or UsageError."""
     check_names(recording, out, report, wanted)
     filter, reading, preset = wanted.filter, wanted.reading, wanted.preset
+    option_table(filter)  # refuses what is no filter
     if filter == navigation.NAME:
         navigation.refuse(engine=wanted.engine != "c", step=wanted.step, frame=wanted.frame not in (None, "ned"))
         return navigate(recording, out, report, wanted)
@@ -302,5 +303,5 @@ def cure(finding: Finding) -> str:
         "outlier": f"look at cable and supply; if the body moves so, give a larger --set {OUTLIERS.get(finding.sensor, '')}=...",
         "stuck": "look at cable and driver; a body that lies still does not count",
         "saturated": f"give --set {RANGES[finding.sensor]}=..., or use a sensor with a wider range",
-        "missing": "look for rows without its samples",
+        "missing": "look for rows without its samples; of an FMU at a --step longer than their interval, take a shorter one",
     }[finding.state]

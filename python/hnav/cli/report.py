@@ -56,12 +56,12 @@ def command(
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
     elif is_montecarlo(source):
-        file = out or source.with_suffix(".html")
+        file = out or beside(source, ".html")
         of_montecarlo(source, file)
     elif filter == navigation.NAME:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only")
-        file = out or source.with_suffix(".html")
+        file = out or beside(source, ".html")
         navigation.refuse(frame=frame not in (None, "ned"))
         chosen = parse_settings(settings)
         wanted = Wanted(reading, filter, settings=chosen, preset=preset, strict=strict, force=force, gnss=gnss)
@@ -70,7 +70,7 @@ def command(
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
         navigation.refuse_of_ins(gnss=gnss)
-        file = out or source.with_suffix(".html")
+        file = out or beside(source, ".html")
         refuse_overwriting([file], [source])
         data = reading.read(source)
         found = reading.check(data)
@@ -83,6 +83,11 @@ def command(
         warn(doubts)
     if open:
         typer.launch(str(file))
+
+
+def beside(source: Path, suffix: str) -> Path:
+    """The file beside a file or folder that has its name and another suffix, also of `.` and `..`."""
+    return (source if source.name not in ("", "..") else source.resolve()).with_suffix(suffix)
 
 
 def is_simulation(source: Path) -> bool:

@@ -114,6 +114,8 @@ def compare(
     if {"place", "scale"} & set(align):
         mine = _with_places(mine, true, "scale" in align, found)
     kept = mine.t_s >= other.t_s[0] + begin_s
+    if not kept.any():
+        raise HnavValueError("no data", f"begin_s = {begin_s:g}: {other.name} has no row after it; give less", "begin_s")
     mine, true = mine.rows(kept), true.rows(kept)
     return Comparison(true, mine, [*_absolute(mine, true), *_relative(mine, true, delta_s)], found)
 
