@@ -3,6 +3,7 @@
 #include "hnav/hnav.h"
 
 #include <memory>
+#include <random>
 #include <vector>
 
 using namespace hnav;
@@ -231,11 +232,58 @@ TEST(Ahrs, ABodyOnABenchKnowsItsTiltBetterThanOneInAHandAndAMotionCountsAtOnce) 
 
     MotionNoise<double> noise;
     noise.begin(0.25);
-    EXPECT_NEAR(noise.density2(0.25), 0.25, 1e-12); // nothing is known yet
+    EXPECT_NEAR(noise.density2(0.25, false), 0.25, 1e-12); // nothing is known yet
     for (int k = 0; k < 20000; ++k) noise.note({0.3, -0.2, -9.8}, 0.01); // a tilted horizon is no motion
-    EXPECT_NEAR(std::sqrt(noise.density2(0.25)), MotionNoise<double>::min_density, 1e-3);
+    EXPECT_NEAR(std::sqrt(noise.density2(0.25, true)), MotionNoise<double>::min_density, 1e-3);
+    EXPECT_EQ(std::sqrt(noise.density2(0.25, false)), MotionNoise<double>::min_moving_density);
     for (int k = 0; k < 30; ++k) noise.note({2.3, -0.2, -9.8}, 0.01);
-    EXPECT_GT(std::sqrt(noise.density2(0.25)), 0.3);
+    EXPECT_GT(std::sqrt(noise.density2(0.25, false)), 0.3);
+}
+
+TEST(Ahrs, CorrectionsOfTheTiltInOneDirectionAddToItsVarianceAndWhiteOnesDoNot) {
+    constexpr double T = 0.035, sigma = 1e-4;
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal(0, sigma);
+    TiltExcess<double> white{}, turning{}, wide{};
+    double mean = 0;
+    constexpr int count = 200000;
+    for (int k = 0; k < count; ++k) {
+        const double by[] = {normal(random), normal(random)}, steady[] = {0.5 * sigma, 0};
+        white.note(by, sigma * sigma, T);
+        turning.note(steady, sigma * sigma, T);
+        wide.note(steady, 1e4 * sigma * sigma, T); // of a horizon that was not known
+        mean += white.corrected[0] * white.corrected[0] / count / white.expected;
+    }
+    EXPECT_NEAR(mean, 1, 0.2); // the variance of the sum is the predicted one
+    const double sum = 0.5 * sigma * TiltExcess<double>::memory_s / T;
+    EXPECT_NEAR(turning.variance, sum * sum / 2 - turning.expected, 0.02 * sum * sum);
+    EXPECT_LT(white.variance, 5 * white.expected);
+    EXPECT_EQ(wide.variance, 0);
+    const double before = turning.variance, none[] = {0, 0};
+    for (int k = 0; k * T < TiltExcess<double>::memory_s; ++k) turning.note(none, 0, T);
+    EXPECT_NEAR(turning.variance, std::exp(-1.0) * before, 0.02 * before);
+}
+
+TEST(Ahrs, AMeanForceOfAnotherLengthThanAtRestIsAnAcceleration) {
+    constexpr double g = 9.80665, T = 0.035;
+    const auto accelerates = [&](double rest_force, const Vector3& force, double for_s) {
+        LastingMotion<double> motion{};
+        motion.begin(0.1);
+        motion.down2 = 0;
+        if (rest_force > 0) motion.settle(rest_force, T);
+        for (int k = 0; k * T < for_s; ++k) motion.note(T * force, 1e-4, g, T);
+        return motion.may_accelerate(g);
+    };
+    const Vector3 bank(4, 0, -g), level(0, 0, -g), biased(0, 0, -g - 0.4);
+    EXPECT_TRUE(accelerates(0, bank, 10));
+    EXPECT_TRUE(accelerates(g, bank, 10));
+    EXPECT_FALSE(accelerates(0, level, 10));
+    EXPECT_FALSE(accelerates(g, level, 10));
+    LastingMotion<double> cheap{};
+    cheap.begin(0.1);
+    cheap.settle(g + 0.4, T);
+    for (int k = 0; k < 300; ++k) cheap.note(T * biased, 1e-4, g, T);
+    EXPECT_FALSE(cheap.may_accelerate(g)); // the bias of its accelerometer was seen at rest
 }
 
 TEST(Ahrs, AFieldThatIsTheSameEverywhereTellsTheHeadingBetterThanOneOfARoom) {

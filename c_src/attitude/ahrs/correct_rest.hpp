@@ -17,7 +17,7 @@ void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
         s.rest.still_s = 0;
         return;
     }
-    s.lasting.settle(s.x[13]);
+    s.lasting.settle(Vector3R(s.rest.mean_force).norm(), s.x[13]);
     S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander_density2()) / s.x[13];
     condition<3, 0>(c, PHt, S, innovation);
 }

@@ -11,7 +11,8 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     const Vector3R before = c.rotation_variances();
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    S.diagonal().array() += (s.motion.density2(density_.velocity_density2) + s.lasting.density2()) / s.force_s;
+    S.diagonal().array() +=
+        (s.motion.density2(density_.velocity_density2, s.rest.at_rest(options_)) + s.lasting.density2()) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
 
     InnovationOf<R>& i = s.innovation[accel];
@@ -26,7 +27,9 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     i.nis = normalised_square<2, R>(S, innovation);
 
     condition<2, 0>(c, PHt, S, innovation);
-    s.information.gain_tilt(before, c.rotation_variances());
+    const Vector3R after = c.rotation_variances();
+    s.information.gain_tilt(before, after);
+    s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2, s.force_s);
     judge_hold(s, c.P(force_latency, force_latency));
 }
 

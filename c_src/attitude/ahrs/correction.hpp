@@ -65,7 +65,7 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && !tilt_ready(s))
+    if (robust_.mode != GammaMode::off && !tilt_converged(s, 0))
         inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;

@@ -26,7 +26,7 @@ struct LastingMotion {
     R counted2; // the largest of these that the last correction took for noise of a zero velocity
     R down, down2; // vertical velocity, fading over two seconds, and its running mean square
     R mean_force[3], mean_share; // its fading sum over some seconds, and that of ones
-    R rested; // 1: the body has been at rest since this began
+    R rest_force; // length of the mean force at the last rest, m/s^2; 0: no rest since this began
     R force[3], force_s; // gathered in navigation axes while it speaks against the horizon, and for how long
 
     // Nothing is known of the motion: its velocity has this mean square.
@@ -70,10 +70,10 @@ struct LastingMotion {
         force_s += T;
     }
 
-    // A body at rest has none.
-    void settle(R T) {
+    // A body at rest has none. force: its length now, which is gravity and the bias of the accelerometer.
+    void settle(R force, R T) {
         constexpr R settled_s = R(0.5);
-        rested = 1;
+        rest_force = force;
         for (R& p : power) p *= std::exp(-T / settled_s);
     }
 
@@ -87,12 +87,13 @@ struct LastingMotion {
         return released2;
     }
 
-    // The mean force of some seconds has another length than gravity: the body accelerates for long, and since it has not been seen at rest
-    // the horizon may have been there from the first.
+    // The mean force of some seconds has another length than at rest, or than gravity before any rest: the body accelerates for long.
     bool may_accelerate(R g) const {
-        constexpr R longer_m_s2 = R(0.25); // biases of usual accelerometers, and a bank of 13 deg
-        if (rested > 0 || !(mean_share > 0)) return false;
-        return std::fabs(Vector3Of<R>(mean_force).norm() / mean_share - g) > longer_m_s2;
+        // Of a bank of 16 deg. Less takes the swing of a hand for one: the mean force of a fast hand is off by 0.3 m/s^2 and its horizon right.
+        constexpr R longer_m_s2 = R(0.4);
+        if (!(mean_share > 0)) return false;
+        const R expected = rest_force > 0 ? rest_force : g;
+        return std::fabs(Vector3Of<R>(mean_force).norm() / mean_share - expected) > longer_m_s2;
     }
 
     // Of the velocity at frequency zero, (m/s)^2/Hz, by the scale that shows most: 2 sigma^2 tau.

@@ -150,8 +150,12 @@ private:
     }
 
     bool tilt_ready(const State& s) const {
+        return tilt_converged(s, s.tilt_excess.variance) && !s.lasting.may_accelerate(R(gravity_m_s2));
+    }
+    // added: variance beside that of P, rad^2
+    bool tilt_converged(const State& s, R added) const {
         const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
-        return angle_ready(tilt, s.information.tilt, R(options_.ready_tilt_rad)) && !s.lasting.may_accelerate(R(gravity_m_s2));
+        return angle_ready(tilt + added, s.information.tilt, R(options_.ready_tilt_rad));
     }
 
     static constexpr R suspected_hold = R(0.03); // of a user who does not know what the rates of a sensor stand for
@@ -207,6 +211,7 @@ private:
     // outputs.hpp
     class RotationNow;
     R noise_now(const State& s) const;
+    Vector3R added_variances(const State& s) const;
     Matrix3R rotation_covariance(const State& s, const RotationNow& now) const;
 
     // preintegration.hpp

@@ -15,11 +15,14 @@ struct MotionNoise {
     // On recordings of hands the horizon is best at a density of the velocity that is so many times its root mean square.
     static constexpr R densities = R(1.1);      // sqrt(s)
     static constexpr R min_density = R(0.02);   // m/s/sqrt(Hz)
+    // The same while the body is not at rest: a ship that turns smoothly has accelerations of a minute, and none that the velocity of a
+    // second shows.
+    static constexpr R min_moving_density = R(0.05);
     static constexpr R force_density = R(0.002); // m/s^2/sqrt(Hz), of a usual chip: what the velocity gathers on a bench
 
     R mean_force[2]; // horizontal; a tilted horizon shows in it, and is no motion
-    R velocity[2];   // gathered from the rest of the force, and fading
-    R power;         // running mean square of one axis, (m/s)^2
+    R velocity[2]; // gathered from the rest of the force, and fading
+    R power; // running mean square of one axis, (m/s)^2
 
     // Nothing is known of the motion: it may be all that the options allow.
     void begin(R max_density2) {
@@ -40,9 +43,10 @@ struct MotionNoise {
     }
 
     // A motion counts from its first moment, and for a while after its end.
-    R density2(R max_density2) const {
+    R density2(R max_density2, bool at_rest) const {
+        const R least = at_rest ? min_density : min_moving_density;
         const R seen = densities * densities * std::fmax(power, now());
-        return std::fmin(max_density2, std::fmax(min_density * min_density, seen));
+        return std::fmin(max_density2, std::fmax(least * least, seen));
     }
 
 private:

@@ -36,10 +36,16 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
     Matrix3R C = now.covariance();
     if (!s.started) return C;
     C.diagonal().array() += noise_now(s);
-    C(2, 2) += heading_doubt(s);
+    C.diagonal() += added_variances(s);
     const Vector3R by_hold = hold_error(s);
     for (int k = 0; k < 3; ++k) C.col(k) += by_hold[k] * by_hold;
     return C;
+}
+
+// Variances about the navigation axes beside those of P.
+template <class R>
+Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
+    return {s.tilt_excess.variance, s.tilt_excess.variance, heading_doubt(s)};
 }
 
 template <class R>
@@ -60,7 +66,7 @@ Vector3 AhrsModelOf<R>::rotation_variances(const State& s) const {
     Vector3R v = RotationNow(s).variances();
     if (s.started) {
         v.array() += noise_now(s);
-        v[2] += heading_doubt(s);
+        v += added_variances(s);
         v += hold_error(s).cwiseAbs2();
     }
     return v.template cast<double>();

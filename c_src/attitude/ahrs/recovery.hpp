@@ -65,6 +65,7 @@ template <class R>
 void AhrsModelOf<R>::begin_motion(State& s) const {
     constexpr R densities2 = MotionNoise<R>::densities * MotionNoise<R>::densities;
     s.motion.begin(density_.velocity_density2);
+    s.tilt_excess = {};
     s.lasting.begin(density_.velocity_density2 / densities2);
 }
 

@@ -6,6 +6,7 @@
 #include "attitude/ahrs/lasting_motion.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
+#include "attitude/ahrs/tilt_excess.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
 #include "estimation/readiness.hpp"
@@ -124,6 +125,7 @@ struct AhrsState {
     RestDetector<R> rest;
     MotionNoise<R> motion;
     LastingMotion<R> lasting;
+    TiltExcess<R> tilt_excess; // rad^2, beside P: corrections that are not white
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     R velocity_down; // since the last correction

@@ -31,6 +31,7 @@ from hnav.reference.ahrs_parts import (
     MotionNoise,
     RestDetector,
     SampleTimes,
+    TiltExcess,
     about_down,
     azimuth,
     exp,
@@ -92,6 +93,7 @@ class AhrsReference:
     def begin_motion(self) -> None:
         """Nothing is known of how the body moves."""
         self.motion = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz)
+        self.tilt_excess = TiltExcess()
         self.lasting = LastingMotion((self.o.velocity_noise_m_s_per_sqrt_hz / 1.1) ** 2)
 
     def first_covariance(self, sigma_heading: float) -> Array:
@@ -268,6 +270,7 @@ class AhrsReference:
         lasting.before, lasting.velocity = about[:2, :2] @ lasting.before, lasting.velocity @ about[:2, :2].T
         lasting.lasting, lasting.force = lasting.lasting @ about[:2, :2].T, about @ lasting.force
         lasting.mean_force = about @ lasting.mean_force
+        self.tilt_excess.corrected = about[:2, :2] @ self.tilt_excess.corrected
 
     # ----------------------------------------------------------------------------------------- covariance
 
@@ -310,7 +313,7 @@ class AhrsReference:
         """All corrections of one instant; what they learn is put into the state at their end."""
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
-        if not self.tilt_ready():
+        if not self.tilt_converged(0.0):
             # The start may be further off than its sigma says.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         if self.lost:
@@ -374,12 +377,15 @@ class AhrsReference:
 
     def correct_by_velocity(self) -> None:
         """0 = v + noise: a body moves, but it does not run away."""
-        before = max(np.diag(self.E)[PHI][:2])
-        H, noise = np.eye(ERRORS)[V], (self.motion.density2() + self.lasting.density2()) / self.force_s * np.eye(2)
+        before = np.diag(self.E)[PHI][:2].copy()
+        density2 = self.motion.density2(self.rest.at_rest())
+        H, noise = np.eye(ERRORS)[V], (density2 + self.lasting.density2()) / self.force_s * np.eye(2)
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
         self.learn(H, -self.velocity, noise)
-        self.information[0] += max(0.0, 1 / max(np.diag(self.E)[PHI][:2]) - 1 / before)
+        after = np.diag(self.E)[PHI][:2]
+        self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
+        self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), self.force_s)
         self.judge_hold()
 
     def judge_hold(self) -> None:
@@ -398,7 +404,7 @@ class AhrsReference:
         if innovation @ np.linalg.solve(self.E[BIAS, BIAS], innovation) > 16:
             self.rest.still_s = 0.0  # it is a turn of the body
             return
-        self.lasting.settle(self.window_s)
+        self.lasting.settle(float(np.linalg.norm(self.rest.mean_force)), self.window_s)
         density2 = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 + max(self.rest.wander2, self.rest.wander_now2)
         self.learn(np.eye(ERRORS)[BIAS], innovation, density2 / self.window_s * np.eye(3))
 
@@ -635,7 +641,7 @@ class AhrsReference:
         """3 x 3, about the navigation axes, now: with the added variance of the heading and of the rate's interval."""
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
-        covariance[2, 2] += self.all_heading_doubt()
+        covariance += np.diag([self.tilt_excess.variance, self.tilt_excess.variance, self.all_heading_doubt()])
         by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold) * self.gyro.usual_s
         return covariance + np.outer(by_hold, by_hold)
 
@@ -648,10 +654,13 @@ class AhrsReference:
         return min(ANY_HEADING, doubt)
 
     def tilt_ready(self) -> bool:
-        """A small sigma with as much information from samples."""
+        """A small sigma with as much information from samples, of a body that does not accelerate for long."""
+        return self.tilt_converged(self.tilt_excess.variance) and not self.lasting.may_accelerate()
+
+    def tilt_converged(self, added: float) -> bool:
+        """added: variance beside that of P, rad^2."""
         limit2 = self.o.ready_tilt_rad**2
-        earned = max(np.diag(self.P)[PHI][:2]) < limit2 and self.information[0] > 1 / limit2
-        return bool(earned and not self.lasting.may_accelerate())
+        return bool(max(np.diag(self.P)[PHI][:2]) + added < limit2 and self.information[0] > 1 / limit2)
 
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""

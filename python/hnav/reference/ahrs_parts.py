@@ -135,8 +135,8 @@ class MotionNoise:
         self.velocity = self.velocity + T * (force_n[:2] - self.mean_force) - T / (1 + T) * self.velocity
         self.power += T / (10 + T) * (self.now() - self.power)
 
-    def density2(self) -> float:
-        return min(self.max2, max(0.02**2, 1.1**2 * max(self.power, self.now())))
+    def density2(self, at_rest: bool) -> float:
+        return min(self.max2, max((0.02 if at_rest else 0.05) ** 2, 1.1**2 * max(self.power, self.now())))
 
 
 class FieldNoise:
@@ -200,7 +200,7 @@ class LastingMotion:
         self.power = np.array([power2, 0, 0])
         self.now, self.velocity, self.lasting = np.zeros(3), np.zeros((3, 2)), np.zeros((3, 2))
         self.before, self.down, self.down2 = np.zeros(2), 0.0, power2
-        self.mean_force, self.mean_share, self.rested = np.zeros(3), 0.0, False
+        self.mean_force, self.mean_share, self.rest_force = np.zeros(3), 0.0, 0.0
         self.force, self.force_s = np.zeros(3), 0.0
         self.counted2 = 0.0
 
@@ -218,9 +218,9 @@ class LastingMotion:
         self.mean_force = self.mean_force + share * (gathered / T - self.mean_force)
         self.force, self.force_s = self.force + gathered, self.force_s + T
 
-    def settle(self, T: float) -> None:
-        """A body at rest has none."""
-        self.rested, self.power = True, self.power * math.exp(-T / 0.5)
+    def settle(self, force: float, T: float) -> None:
+        """A body at rest has none; force: its length now."""
+        self.rest_force, self.power = force, self.power * math.exp(-T / 0.5)
 
     def uncount(self) -> float:
         """Square of the velocity that no longer counts as noise, which has not ended for that."""
@@ -229,12 +229,11 @@ class LastingMotion:
         return released2
 
     def may_accelerate(self) -> bool:
-        """Never seen at rest, and the mean force has another length than gravity."""
-        return (
-            not self.rested
-            and self.mean_share > 0
-            and bool(abs(np.linalg.norm(self.mean_force) / self.mean_share - G_M_S2) > 0.25)
-        )
+        """The mean force has another length than at rest, or than gravity before any rest."""
+        if not self.mean_share > 0:
+            return False
+        expected = self.rest_force if self.rest_force > 0 else G_M_S2
+        return bool(abs(np.linalg.norm(self.mean_force) / self.mean_share - expected) > 0.4)
 
     def density2(self) -> float:
         return float(np.max(2 * np.array(self.SCALES_S) * np.maximum(self.power, self.now)))
@@ -259,6 +258,22 @@ class LastingMotion:
             change = G_M_S2 * W * np.array([-east_rad, north_rad])
             self.velocity[j] += change
             self.lasting[j] += change
+
+
+class TiltExcess:
+    """Corrections of the tilt that are not white: what the square of their fading sum exceeds its variance by."""
+
+    MEMORY_S = 12.5
+
+    def __init__(self) -> None:
+        self.corrected, self.expected, self.variance = np.zeros(2), 0.0, 0.0
+
+    def note(self, correction: Array, taken: float, T: float) -> None:
+        """correction: about north and east; taken: out of the variance of one axis."""
+        kept = self.MEMORY_S / (self.MEMORY_S + T)
+        self.corrected = kept * self.corrected + correction
+        self.expected = kept**2 * self.expected + max(0.0, taken)
+        self.variance = max(kept * self.variance, float(self.corrected @ self.corrected) / 2 - self.expected)
 
 
 class MagneticReference:
