@@ -197,7 +197,6 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
         multiply(x + at.S, row, dS);
         multiply(Qd, row, AQ);
         for (int k = moving; k < N; ++k) {
-            if (fixed_N == 0 && row[k] == 0) continue;
             dS[k] += row[k];
             for (int j = 0; j < N; ++j) AQ[j] += row[k] * Qd[k * N + j];
         }

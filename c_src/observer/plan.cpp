@@ -154,7 +154,7 @@ private:
     }
 
     const char* take_state(Words& words) {
-        if (count_[states] == max_estimated) return "there are more than 64 states";
+        if (count_[states] == max_estimated) return "there are more than 256 states";
         const int i = count_[states]++;
         plan_.state[i] = words.reference();
         plan_.derivative[i] = words.reference();
@@ -172,7 +172,7 @@ private:
     }
 
     const char* take_unknown(Words& words) {
-        if (count_[unknowns] == max_estimated) return "there are more than 64 unknown inputs";
+        if (count_[unknowns] == max_estimated) return "there are more than 256 unknown inputs";
         const int i = count_[unknowns]++;
         unknown_[i] = words.reference();
         row_[unknowns][i].read(words);
@@ -181,7 +181,7 @@ private:
     }
 
     const char* take_parameter(Words& words) {
-        if (count_[parameters] == max_estimated) return "there are more than 64 parameters";
+        if (count_[parameters] == max_estimated) return "there are more than 256 parameters";
         const int i = count_[parameters]++;
         plan_.parameter[i] = words.reference();
         row_[parameters][i].read(words);

@@ -12,7 +12,7 @@
 
 namespace hnav::observer {
 
-constexpr int max_estimated = 64;
+constexpr int max_estimated = 256;
 constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
 constexpr int max_size = 1000;        // of any count
 

@@ -44,6 +44,9 @@ _MODES = (
 )
 
 
+MOST = 64  # numbers that an exported observer estimates
+
+
 def export(observer: Observer, path: Path | str, fmi_version: int, period_s: float, covariance: bool | None = None) -> list[str]:
     """Writes the FMU; covariance: with all of P, None: of up to LARGEST_COVARIANCE numbers. Answers the platforms of the plant that it does not run on. Raises HnavValueError with the cure."""
     fmu = plant_of(observer)
@@ -51,6 +54,11 @@ def export(observer: Observer, path: Path | str, fmi_version: int, period_s: flo
         raise HnavValueError("option", f"fmi_version is {fmi_version}: it must be 2 or 3", "fmi_version")
     if not 1e-6 <= period_s <= 1e6:
         raise HnavValueError("option", f"period_s is {period_s:g}: it must lie in [1e-6, 1e6]", "period_s")
+    if len(observer.names) > MOST:
+        raise HnavValueError(
+            "option", f"the plan estimates {len(observer.names)} numbers, an exported observer at most {MOST}: leave parameters out, or reduce the model",
+            "plan",
+        )  # fmt: skip
     with writing(path), zipfile.ZipFile(fmu_path(IDENTIFIER, fmi_version)) as shell, zipfile.ZipFile(fmu.path) as plant:
         here, there = _platforms(shell), _platforms(plant)
         if not here & there:

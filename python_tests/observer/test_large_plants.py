@@ -1,0 +1,53 @@
+"""Plants of more than 64 numbers, and where they end."""
+
+import numpy as np
+import pytest
+
+from hnav.errors import HnavValueError
+from hnav.filters import observer_export
+from hnav.filters.observer import Observer
+from hnav.filters.observer_plan import Plan
+from hnav.filters.plant import Plant
+from observer.test_fmu_plants import little_plan
+
+N = 150
+RATES = np.linspace(0.1, 2.0, N)
+
+
+def decays(count: int = N) -> Plan:
+    """So many numbers that decay by themselves, of which the first is measured."""
+    rates = np.resize(RATES, count)
+    names = [f"x{i}" for i in range(count)]
+    plant = Plant(
+        lambda t, x, u, p: -rates * x, lambda t, x, u, p: [x[0]], states=dict.fromkeys(names, 1.0), sensors=["x0"],
+        jacobian=lambda t, x, u, p: -np.diag(rates),
+    )  # fmt: skip
+    plan = Plan(plant).sensor("x0", noise=0.1)
+    for name in names:
+        plan.state(name, start_sigma=0.5, noise=0.2)
+    return plan
+
+
+def test_150_numbers_have_their_own_moments():
+    t = np.array([0.5, 1.0])
+    run = Observer(decays(), start_mode="given").run(t, {"x0": np.exp(-RATES[0] * t)})
+    for k, t_s in enumerate(t):
+        decay = np.exp(-2 * RATES * t_s)
+        variance = 0.25 * decay + 0.04 * (1 - decay) / (2 * RATES)
+        sigma = np.array([run.sigma[name][k] for name in run.x])
+        assert sigma[1:] == pytest.approx(np.sqrt(variance)[1:], rel=1e-4)
+        assert (np.abs(np.array([run.x[name][k] for name in run.x]) - np.sqrt(decay)) < 1e-5 * sigma)[1:].all()
+    smooth = Observer(decays(), start_mode="given").smooth(t, {"x0": np.exp(-RATES[0] * t)})
+    assert smooth.sigma["x0"][0] < run.sigma["x0"][0] and smooth.sigma["x9"][0] == pytest.approx(run.sigma["x9"][0], rel=1e-9)
+
+
+def test_beyond_the_most_a_sentence_says_so():
+    with pytest.raises(HnavValueError, match="are 257, the most is 256"):
+        Observer(decays(257))
+
+
+def test_an_exported_observer_has_a_limit_of_its_own(little_fmu, tmp_path, monkeypatch):
+    monkeypatch.setattr(observer_export, "MOST", 1)
+    with pytest.raises(HnavValueError, match="estimates 2 numbers, an exported observer at most 1"):
+        Observer(little_plan(little_fmu)).export(tmp_path / "Observer.fmu")
+    assert not (tmp_path / "Observer.fmu").exists()
