@@ -18,7 +18,7 @@ namespace hnav {
 struct Consistency {
     static constexpr int windows = 2, most_rows = 3;
     static constexpr double window_s[windows] = {2, 20};
-    static constexpr double far = 10; // sigmas; a sample beyond is a jump, which the gate and its patience treat
+    static constexpr double far = 10; // sigmas; a sample beyond counts as much
     static constexpr double memory = 20; // samples, of the successive differences
     static constexpr double largest = 25; // one difference counts at most as much
     static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly
@@ -27,6 +27,7 @@ struct Consistency {
     double successive; // mean square of successive differences over twice the variance: 1 by chance
     double last[most_rows], last_s, last_gated; // innovation
     double noise; // factor on the stated variance
+    double stated; // that variance, of the first row
 
     void begin(double noise_kept) {
         *this = {};
@@ -34,8 +35,14 @@ struct Consistency {
         noise = noise_kept;
         last_s = -HUGE_VAL;
     }
+    // What was learnt is a variance: where a larger one is stated than before, so much less is missing.
+    void restate(double variance) {
+        if (variance > stated && stated > 0) noise = std::fmax(1, noise * stated / variance);
+        stated = variance;
+    }
     // r: innovations, with their variances. gated: this one lies beyond the gate. One that does, alone among others, is an outlier.
-    void note(const double* r, const double* variance, int rows, bool gated, double t_s) {
+    // jumped: it says nothing of the mean.
+    void note(const double* r, const double* variance, int rows, bool gated, bool jumped, double t_s) {
         const double since_s = std::fmin(t_s - last_s, window_s[windows - 1]);
         double change2 = 0, size2 = 0, y[most_rows] = {};
         for (int i = 0; i < rows; ++i) {
@@ -45,7 +52,9 @@ struct Consistency {
         }
         const bool alike = gated == (last_gated > 0);
         if (alike && std::isfinite(last_s)) note_noise(change2, since_s);
-        if ((alike || !gated) && size2 < far * far) note_mean(y, rows, since_s);
+        const double within = size2 > far * far ? far / std::sqrt(size2) : 1;
+        for (double& one : y) one *= within;
+        if (!jumped && (alike || !gated)) note_mean(y, rows, since_s);
         std::copy(r, r + rows, last);
         last_s = t_s;
         last_gated = gated ? 1 : 0;
@@ -70,6 +79,7 @@ private:
         successive += (std::fmin(change2, largest) - successive) / memory;
         if (successive > at_once) {
             noise *= successive;
+            widen(successive); // means were of innovations by too small a sigma
             successive = 1;
         } else {
             noise = std::fmax(1, noise * std::exp(since_s / slow_s * (successive - 1)));

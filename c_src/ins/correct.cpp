@@ -72,7 +72,9 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
 // How well the satellites and rests fit.
 void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
     const Innovation& i = s.innovation[m.channel];
-    if (m.channel != ins::rest) s.fit(m.channel).note(i.value, i.variance, m.rows, c.scale > 1, event.t_s);
+    // Positions far off have jumped: gate and patience treat them. Velocities cannot jump for long.
+    const bool jumped = m.channel == position && c.nis > m.rows * square(Consistency::far);
+    if (m.channel != ins::rest) s.fit(m.channel).note(i.value, i.variance, m.rows, c.scale > 1, jumped, event.t_s);
     // A single fix that lies far off is the gate's, and says nothing of the others.
     if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
     note_strain(s, m.channel, c.nis / m.rows, event.t_s);
@@ -102,7 +104,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     for (int i = 0; i < P.n; ++i) P[i][i] = std::fmax(P[i][i], rounding * prior[i][i]);
     note_innovation(s, event, m, prior, mean, c);
     if (is_absolute(m)) note_fit(s, event, m, c);
-    if (c.scale > 1 && !is_free(s) && is_supported(s, m.channel, event.t_s)) {
+    if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) {
         P = prior;
         return;
     }
@@ -119,14 +121,20 @@ void Model::widen(Covariance& P, int row, double variance) const {
     if (step_) step_->jumped(row, variance);
 }
 
+// Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
+bool Model::judges_velocity(const State& s, double now_s) {
+    constexpr double silent_s = 3;
+    return is_within(now_s - s.last_s[velocity], silent_s) &&
+           (s.refused_in_row[velocity] == 0 || s.contradiction.verdict == Contradiction::state_wrong);
+}
+
 // Factor by which innovations that have a mean do not fit; 1: they do.
 double Model::misfit(const State& s, double now_s) const {
     constexpr double fastest = 4, silent_s = 3, grows_s = 1, lasts_s = 2;
     // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
     // an unknown bias of the accelerometers, have a mean too: it counts by this part.
     constexpr double begins = 20, ends = 3, long_part = 0.25;
-    // Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
-    const bool by_velocity = is_within(now_s - s.last_s[velocity], silent_s) && s.refused_in_row[velocity] == 0;
+    const bool by_velocity = judges_velocity(s, now_s);
     const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
     // Without a heading that is claimed there is nothing to take back, and the linearisation is coarse.
     if (!doubted && !has_passed(now_s - s.heading_since_s, options_.ready_hold_s)) return 1;
@@ -140,10 +148,11 @@ double Model::misfit(const State& s, double now_s) const {
 }
 
 // Innovations that have a mean: something of the state is wrong, and its covariance too small. All that could explain it is known less well by
-// the factor by which they do not fit (fading memory, Zhou and Frank 1996), until they do: a heading that is lost so begins anew, a
-// tilt of which nothing is left is levelled.
+// the factor by which they do not fit (fading memory, Zhou and Frank 1996), until they do: a heading lost so is searched again, a
+// tilt of which nothing is left is levelled. What had earned readiness before counts no longer.
 void Model::doubt(State& s, Covariance& P, double now_s) const {
-    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30; // what faults bring at the most: rad/s, m/s2, rad, m/s
+    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30,
+                     late = 1; // what faults bring at the most: rad/s, m/s2, rad, m/s, s
     // Once for each fix, at the event after it.
     if (s.phase != Phase::navigating || std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) < s.last_correction_s) return;
     const double factor = misfit(s, now_s);
@@ -160,15 +169,48 @@ void Model::doubt(State& s, Covariance& P, double now_s) const {
     widen_to(row_phi, 3, angle);
     widen_to(row_gyro, 3, gyro);
     widen_to(row_accel, 3, accel);
+    widen_to(row_latency, 1, late);
     for (Consistency& fit : s.fits) fit.widen(factor);
     s.doubted_s = now_s;
+    s.information_tilt = s.information_heading = s.information_velocity = 0;
 }
 
-// A velocity that is refused while positions fit is wrong itself.
-bool Model::is_supported(const State& s, int channel, double now_s) {
-    constexpr double fresh_s = 3, outliers = 4; // more in a row are none
-    return channel == velocity && is_within(now_s - s.last_s[position], fresh_s) && s.refused_in_row[position] < outliers &&
-           s.fit(position).bias() < usual_bias;
+namespace {
+
+bool places_fit(const State& s, double usual_bias) {
+    constexpr double outliers = 4; // more in a row are none
+    return s.refused_in_row[position] < outliers && s.fit(position).bias() < usual_bias;
+}
+
+} // namespace
+
+// A sum of innovations against those of the positions, once velocities have been refused in a row.
+void Model::judge_velocity(State& s, const Event& event) {
+    constexpr double fresh_s = 3, sure = 6; // s; logarithm of the ratio of likelihoods: chosen, 400 to 1
+    Contradiction& c = s.contradiction;
+    const bool fits_again = !(s.refused_in_row[velocity] > 0);
+    if (fits_again || (c.verdict == Contradiction::velocity_wrong && !places_fit(s, usual_bias))) return c.begin();
+    const Innovation &fast = s.innovation[velocity], &place = s.innovation[position];
+    const double since_s = c.last_s > 0 ? std::fmin(event.t_s - c.last_s, fresh_s) : 0;
+    c.last_s = event.t_s;
+    for (int i = 0; i < 3; ++i) c.way[i] += since_s * fast.value[i];
+    if (!is_within(event.t_s - place.t_s, fresh_s)) return;
+    if (std::isnan(c.position[0])) std::copy_n(place.value, 3, c.position);
+    if (!event.has(position) || c.verdict != Contradiction::open) return;
+    double ratio = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double moved = place.value[i] - c.position[i], variance = 2 * place.variance[i];
+        ratio += (square(moved) - square(moved - c.way[i])) / (2 * variance);
+    }
+    if (std::fabs(ratio) > sure) c.verdict = ratio > 0 ? Contradiction::state_wrong : Contradiction::velocity_wrong;
+}
+
+// Velocities that are refused say nothing of the state until positions that fit themselves have decided that it is wrong.
+bool Model::is_contradicted(const State& s, int channel, double now_s) {
+    constexpr double fresh_s = 3;
+    const Contradiction::Verdict verdict = s.contradiction.verdict;
+    return channel == velocity && is_within(now_s - s.last_s[position], fresh_s) &&
+           (verdict == Contradiction::velocity_wrong || (verdict == Contradiction::open && places_fit(s, usual_bias)));
 }
 
 // Of positions that contradict each other those are wrong that lasted for less.
@@ -213,8 +255,7 @@ namespace {
 double noise_of(const State& s, int channel) {
     if (channel == ins::rest) return widened(s);
     const double learnt = s.fit(channel).noise;
-    constexpr double gross = 4; // innovations of a coarse linearisation differ by more than noise
-    return is_free(s) && learnt < gross ? widened(s) : learnt;
+    return is_free(s) && !is_learnt(s, channel) ? widened(s) : learnt; // a coarse linearisation differs by more than noise
 }
 
 } // namespace
@@ -228,10 +269,11 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
         return;
     }
     const double off = vec(m.r).norm();
-    if (outlasts(s, m.channel, off, event.t_s) && !is_supported(s, m.channel, event.t_s)) {
+    if (outlasts(s, m.channel, off, event.t_s) && !is_contradicted(s, m.channel, event.t_s)) {
         believe_jump(s, P, m.channel, off, event.t_s);
         m.gated = false;
     }
+    if (m.channel != ins::rest) s.fit(m.channel).restate(square(event.value[m.channel][3]));
     for (double& r : m.R) r *= noise_of(s, m.channel);
     if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
@@ -243,7 +285,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
 void Model::note_strain(State& s, int channel, double nis, double now_s) {
     constexpr double small = 4, largest = 10;
     const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
-    if ((channel == position && has_velocity) || is_supported(s, channel, now_s)) return;
+    if ((channel == position && has_velocity) || is_contradicted(s, channel, now_s)) return;
     s.strain += (std::fmin(nis, largest) - s.strain) / 20;
     if (!(s.strain > small)) s.strained_since_s = nan;
     else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
@@ -314,6 +356,25 @@ void Model::turn_biases(State& s, Covariance& P) {
     vec(s.turned_b).setZero();
 }
 
+// Since when the sigma of the heading has been below its limit.
+void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
+    const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
+    const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.doubted_s < now_s;
+    if (!small) s.heading_since_s = nan;
+    else if (std::isnan(s.heading_since_s)) s.heading_since_s = now_s;
+}
+
+// Positions that were stated far too well have been followed too closely.
+void Model::admit_learnt_noise(State& s, Covariance& P) const {
+    if (is_learnt(s, position)) {
+        for (int i = 0; i < 3; ++i) {
+            const double usual_m = std::fmin(s.slow_m[i == 2], options_.position_colour_m[i == 2]);
+            widen(P, row_d + i, std::fmax(0, square(usual_m) - square(s.slow_before_m[i == 2])));
+        }
+    }
+    for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
+}
+
 void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s);
     note_stated(s, event);
@@ -324,7 +385,7 @@ void Model::correct(State& s, const Event& event) const {
     note_prediction(s, P);
     s.direction *= direction_kept(s);
     vec(s.in_t.colour) = Vector3(vec(s.in_t.colour).cwiseProduct(vec(colour.kept)));
-    for (int i = 0; i < 2; ++i) s.slow_before_m[i] = s.slow_m[i];
+    admit_learnt_noise(s, P);
     admit_drift(s, P);
     doubt(s, P, event.t_s);
     correct_rest(s, P, event);
@@ -335,6 +396,7 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, velocity)) correct_velocity(s, P, event);
     if (has_new(s, event, position)) correct_position(s, P, event);
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
+    if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);
     if (sees_field) correct_field(s, P, event);
     turn_biases(s, P);
     if (!is_free(s)) move_anchor(s, P);
@@ -343,10 +405,7 @@ void Model::correct(State& s, const Event& event) const {
     if (!is_sound(s, P)) return begin_all_anew(s, event.t_s);
     put_gravity(s);
     P.keep(s);
-    const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
-    const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.doubted_s < event.t_s;
-    if (!small) s.heading_since_s = nan;
-    else if (std::isnan(s.heading_since_s)) s.heading_since_s = event.t_s;
+    note_small_heading(s, P, event.t_s);
     begin_anew_if_wrong(s, event.t_s);
 }
 

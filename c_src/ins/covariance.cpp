@@ -208,8 +208,10 @@ void Model::note_stated(State& s, const Event& event) const {
     const double larger = std::sqrt(s.fit(position).noise); // than stated, as is learnt
     const double stated[] = {slow_sigma(larger * std::fmax(sigma[0], sigma[1]), false), slow_sigma(larger * sigma[2], true)};
     const double most = std::exp(s.window.length_s / grows_s);
-    for (int i = 0; i < 2; ++i)
-        s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], sharp * options_.position_colour_m[i]));
+    for (int i = 0; i < 2; ++i) {
+        const double usual = options_.position_colour_m[i], least = is_learnt(s, position) ? usual : sharp * usual;
+        s.slow_m[i] = std::fmin(stated[i], most * std::fmax(s.slow_before_m[i], least));
+    }
 }
 
 // Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away

@@ -15,15 +15,47 @@ bool Model::moves(const State& s) const {
            (vec(s.held.rate) - vec(s.gyro_bias)).norm() > turning_rad_s;
 }
 
-// A fix that is the last one bit for bit, of a body that goes, is stale: a receiver or a logger repeats it.
-bool Model::repeats(State& s, const Event& event, int channel) const {
-    constexpr double goes_m_s = 1, sure = 5; // sigmas
-    double* last = s.fix[channel - velocity];
-    const bool equal = std::equal(last, last + 3, event.value[channel], [](double a, double b) { return a == b; });
-    std::copy_n(event.value[channel], 3, last);
-    const double speed2 = vec(s.x + 3).squaredNorm(),
-                 variance = std::fmax(s.P[packed(row_v, row_v)], s.P[packed(row_v + 1, row_v + 1)]);
-    return equal && s.phase == Phase::navigating && speed2 > square(goes_m_s) && speed2 > square(sure) * variance;
+// The body has a speed, or has gained one since the position last changed.
+bool Model::has_gone(const State& s, double now_s) {
+    constexpr double least_m_s = 1, sure = 5; // sigmas
+    const auto largest = [&s](int row) { return std::fmax(s.P[packed(row, row)], s.P[packed(row + 1, row + 1)]); };
+    const auto beyond = [](double size, double variance) { return size > std::fmax(least_m_s, sure * std::sqrt(variance)); };
+    const double over_s = now_s - s.changed_s, by_tilt = vec(s.gravity).squaredNorm() * largest(row_phi);
+    const double gained = (vec(s.gates.gained) - vec(s.changed_gained)).head<2>().norm();
+    return beyond(vec(s.x + 3).norm(), largest(row_v)) || beyond(gained, square(over_s) * (by_tilt + largest(row_accel)));
+}
+
+// A position that is the last one bit for bit is stale where the velocity repeated with it is none of a body that stands, or where the body
+// goes: a receiver or a logger repeats both. A velocity alone may be constant.
+void Model::note_stale(State& s, const Event& event) {
+    bool equal[2] = {};
+    for (const int channel : {velocity, position}) {
+        double* last = s.fix[channel - velocity];
+        if (!event.has(channel)) continue;
+        equal[channel - velocity] = std::equal(last, last + 3, event.value[channel], [](double a, double b) { return a == b; });
+        std::copy_n(event.value[channel], 3, last);
+    }
+    if (!event.has(position)) return;
+    if (!equal[1]) {
+        s.changed_s = event.t_s;
+        vec(s.changed_gained) = vec(s.gates.gained);
+        return;
+    }
+    const bool stands = !equal[0] || vec(s.fix[0]).head<2>().isZero(0);
+    if (s.phase != Phase::navigating || (stands && !has_gone(s, event.t_s))) return;
+    s.rejected |= std::uint64_t{1} << position;
+    if (equal[0]) s.rejected |= std::uint64_t{1} << velocity;
+}
+
+// No error of satellites is as large as some kilometres: this is another receiver's fix, or none, and a velocity that is refused with it is
+// wrong.
+bool Model::is_elsewhere(const State& s, const Event& event) const {
+    constexpr double far_m = 5e3;
+    if (s.phase != Phase::navigating || !s.has(event, position)) return false;
+    const double* p = event.value[position];
+    const Vector3 off = earth::position_of({p[0], p[1], p[2]}) - vec(s.anchor_e) - mat(s.axes) * (vec(s.x) + vec(s.in_t.colour));
+    const double variance = std::fmax(s.P[packed(row_d, row_d)], s.P[packed(row_d + 1, row_d + 1)]);
+    return off.squaredNorm() > square(far_m) + variance && !outlasts(s, position, off.norm(), event.t_s);
 }
 
 // Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as

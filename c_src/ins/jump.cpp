@@ -42,7 +42,7 @@ void Model::note(State& s, const Event& event) const {
         s.glide.begin(event.t_s);
         vec(s.in_t.colour_at_rest) = vec(s.in_t.colour);
     }
-    if (!event.has(velocity)) return;
+    if (!s.has(event, velocity) || is_elsewhere(s, event)) return;
     const double* z = event.value[velocity];
     s.speed_known_m_s = std::hypot(z[0], z[1]);
     s.speed_sigma_m_s = std::fmax(z[3], z[4]);

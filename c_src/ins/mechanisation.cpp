@@ -99,11 +99,8 @@ void Model::hold(State& s, const Event& event) const {
 
 void Model::before_flow(State& s, const Event& event) const {
     examine(s, event);
-    // A velocity may be constant; it is stale where its position is.
-    const bool fast = event.has(velocity) && repeats(s, event, velocity),
-               stale = event.has(position) && repeats(s, event, position);
-    if (stale) s.rejected |= std::uint64_t{1} << position;
-    if (stale && fast) s.rejected |= std::uint64_t{1} << velocity;
+    note_stale(s, event);
+    if (is_elsewhere(s, event)) s.contradiction.verdict = Contradiction::velocity_wrong;
     s.gap_too_long = has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s) && std::isfinite(s.last_s[imu]);
     if (!holds_backward(options_) || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.

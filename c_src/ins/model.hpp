@@ -119,7 +119,9 @@ private:
     // examine.cpp
     void examine(State& s, const Event& event) const;
     bool moves(const State& s) const;
-    bool repeats(State& s, const Event& event, int channel) const;
+    static void note_stale(State& s, const Event& event);
+    static bool has_gone(const State& s, double now_s);
+    bool is_elsewhere(const State& s, const Event& event) const;
     void note_lost(State& s, double t_s, double interval_s) const;
     void note_knock(State& s, const Vector3& force, double interval_s) const;
     void widen_after_clock_jump(State& s) const;
@@ -200,12 +202,16 @@ private:
     void widen(Covariance& P, int row, double variance) const;
     static void note_gain(State& s, int channel, const Spread& before, const Spread& after);
     void admit_drift(State& s, Covariance& P) const;
+    void admit_learnt_noise(State& s, Covariance& P) const;
+    void note_small_heading(State& s, const Covariance& P, double now_s) const;
     static bool first_were_wrong(const State& s, double now_s);
     bool outlasts(const State& s, int channel, double off_m, double now_s) const;
     static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;
+    static bool judges_velocity(const State& s, double now_s);
     void doubt(State& s, Covariance& P, double now_s) const;
-    static bool is_supported(const State& s, int channel, double now_s);
+    static void judge_velocity(State& s, const Event& event);
+    static bool is_contradicted(const State& s, int channel, double now_s);
     void believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
@@ -254,6 +260,11 @@ inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6));
 inline double widened(const State& s) {
     constexpr double by_chance = 1.3;
     return std::fmax(1, s.nis_mean / by_chance);
+}
+// The noise of an aid has been found to be much larger than it is stated to be.
+inline bool is_learnt(const State& s, int channel) {
+    constexpr double gross = 4; // of variances: chosen
+    return s.fit(channel).noise > gross;
 }
 // Of all of the velocity or the position.
 inline bool is_absolute(const Measurement& m) {

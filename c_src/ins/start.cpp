@@ -54,6 +54,7 @@ void Model::begin_levelling(State& s) const {
     s.rest = {};
     s.heading_since_s = s.strained_since_s = nan;
     for (Consistency& fit : s.fits) fit.begin(fit.noise);
+    s.contradiction.begin();
     s.strain = 1;
     for (int c = 0; c < channel_count; ++c) {
         s.refused_in_row[c] = 0;

@@ -70,11 +70,27 @@ struct Innovation {
     std::uint64_t dimension;
 };
 
+// Velocities that are refused are wrong themselves, or the state is. In the second case the positions depart by what the innovations of the
+// velocity add up to, in the first one they stay: the ratio of both likelihoods decides.
+struct Contradiction {
+    enum Verdict : std::uint64_t { open, velocity_wrong, state_wrong };
+
+    double way[3]; // integral of the innovations, m
+    double position[3]; // innovation of the position when it began; NaN until there is one
+    double last_s; // of the newest velocity
+    Verdict verdict;
+
+    void begin() {
+        *this = {};
+        position[0] = NAN;
+    }
+};
+
 // What is known of the heading on the whole circle.
 struct Circle {
-    double mode_rad, spread_rad;         // the likeliest, and the root mean square about it
-    double second_rad, second_share;     // the strongest other one and its probability; share 0: there is none
-    double square[3];                    // means of x^2, x y, y^2, (x, y) = (cos - 1, sin) of what the heading is off by
+    double mode_rad, spread_rad; // the likeliest, and the root mean square about it
+    double second_rad, second_share; // the strongest other one and its probability; share 0: there is none
+    double square[3]; // means of x^2, x y, y^2, (x, y) = (cos - 1, sin) of what the heading is off by
 };
 
 // Headings from elsewhere while none is known: the alpha that all of them together tell.
@@ -90,14 +106,14 @@ struct Window {
     double by_scale_A[9], by_scale_B[9], by_scale_C[9];
     double F[3], S[3];
     double turned2, length_s; // integral of the squared rate; seconds
-    double rate_sum[3];       // of the rate as measured, rad
+    double rate_sum[3]; // of the rate as measured, rad
     GapMotion gap;
     double lost_turn2[3], lost_gain2[3]; // variances of turn and gain about axes that are stuck or saturated, body axes
 };
 
 // Velocity by integration of the force in axes that the gyroscopes hold, against that of the satellites.
 struct Levelling {
-    double q[4];      // body to the axes held since the start
+    double q[4]; // body to the axes held since the start
     double gained[3]; // velocity by force in them
     double began_s, since_s; // of the first sample of rate and force, of the first velocity
     double first_velocity_s, velocity0[3]; // of the window
@@ -118,9 +134,9 @@ struct FreeGates {
 
 // Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
 struct InAxes {
-    double colour[3];              // slowly varying error of the satellites' position
-    double colour_at_rest[3];      // that error when the present rest began
-    double mean_force[3];          // force without what vibrates
+    double colour[3]; // slowly varying error of the satellites' position
+    double colour_at_rest[3]; // that error when the present rest began
+    double mean_force[3]; // force without what vibrates
     double recent_acceleration[3]; // its mean over the latency of the satellites
     // Samples of the magnetometer that were used, in the mean over a while, as the attitude is known now.
     double field[3];
@@ -131,7 +147,7 @@ struct InAxes {
 struct State {
     double x[nx];
     double P[errors * (errors + 1) / 2]; // just after the last correction; more than half of the state
-    std::uint64_t seldom_changes;        // of P
+    std::uint64_t seldom_changes; // of P
     double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
@@ -140,10 +156,10 @@ struct State {
     Circle circle;
     ToldHeading told;
 
-    double anchor_e[3], axes[9];      // row-major: columns are the axes of t in Earth-fixed ones
-    double earth_rate[3];             // in t
+    double anchor_e[3], axes[9]; // row-major: columns are the axes of t in Earth-fixed ones
+    double earth_rate[3]; // in t
     double gravity[3], gravity_at[3]; // where it was computed
-    double fix_axes[9];               // north-east-down of the last fix in Earth-fixed axes
+    double fix_axes[9]; // north-east-down of the last fix in Earth-fixed axes
     std::uint64_t has_place;
     // Sigma of the slow error of the satellites, horizontal and vertical, and at the last correction.
     double slow_m[2], slow_before_m[2];
@@ -154,7 +170,7 @@ struct State {
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over some seconds: of turns, not of sway
     double mean_force2; // mean square of the mean force along the horizontal
-    double seen_q[4], seen_v[3];              // attitude and velocity just after the last event
+    double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
     Window window;
     Levelling levelling;
     FreeGates gates;
@@ -168,16 +184,18 @@ struct State {
     double placed_s; // since then positions have agreed, until they are refused
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     Consistency fits[2]; // of velocity and position
-    double turned_b[3];  // by the corrections of the present event, body axes
-    double fix[2][3];    // the last velocity and position as they came
-    double doubted_s;    // time at which the state was last found not to fit
+    Contradiction contradiction; // velocities that are refused, against the positions
+    double turned_b[3]; // by the corrections of the present event, body axes
+    double fix[2][3]; // the last velocity and position as they came
+    double changed_s, changed_gained[3]; // when a position was another one than the one before; gates.gained then
+    double doubted_s; // time at which the state was last found not to fit
     double anew_s, bias_doubt; // of the last start with new biases; factor on the sigmas of their priors
     double heading_doubt; // variances of headings from elsewhere are larger by it
     double nis_mean;
     double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // about the heading, by channel
-    double heading_since_s;            // its sigma has been below the limit; NaN: is not
+    double heading_since_s; // its sigma has been below the limit; NaN: is not
     Innovation innovation[channel_count];
     std::uint64_t used[channel_count], inflated[channel_count];
     std::uint64_t times_lost, corrections;

@@ -32,7 +32,7 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
         const double noise = fit.noise; // what the filter has learnt of it
         const double r[3] = {mean + sigma * normal(engine), sigma * normal(engine), sigma * normal(engine)};
         const double variance[3] = {noise, noise, noise};
-        fit.note(r, variance, 3, gated, i * interval_s);
+        fit.note(r, variance, 3, gated, false, i * interval_s);
     }
     return fit;
 }
@@ -52,9 +52,31 @@ TEST(Consistency, NoiseBeyondWhatIsStatedIsLearntAndForgotten) {
     const double one[3] = {1, 1, 1};
     for (int i = 0; i < 3000; ++i) {
         const double r[3] = {i % 2 ? 0.1 : -0.1, 0, 0};
-        later.note(r, one, 3, false, 60 + 0.2 * i);
+        later.note(r, one, 3, false, false, 60 + 0.2 * i);
     }
     EXPECT_EQ(later.noise, 1); // what is stated is a floor
+}
+
+TEST(Consistency, WhatIsLearntIsAVarianceAndNoFactor) {
+    Consistency fit = after(300, 0.2, 10, 0);
+    const double learnt = fit.noise;
+    fit.restate(1);
+    EXPECT_EQ(fit.noise, learnt);
+    fit.restate(4);
+    EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
+    fit.restate(1); // better again: what was learnt of the worse one says nothing of it
+    EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
+    fit.restate(1e6);
+    EXPECT_EQ(fit.noise, 1);
+}
+
+TEST(Consistency, RefusalsInARowHaveAMeanUnlessTheyHaveJumped) {
+    const double far[3] = {50, 0, 0}, one[3] = {1, 1, 1};
+    for (const bool jumped : {false, true}) {
+        Consistency fit = after(100, 0.2, 1, 0);
+        for (int i = 0; i < 5; ++i) fit.note(far, one, 3, true, jumped, 20.2 + 0.2 * i);
+        EXPECT_EQ(fit.bias(0) > 20, !jumped);
+    }
 }
 
 TEST(Consistency, AMeanIsAWrongStateAndNoNoise) {
@@ -66,7 +88,7 @@ TEST(Consistency, AMeanIsAWrongStateAndNoNoise) {
 TEST(Consistency, ASingleOutlierIsNeither) {
     Consistency fit = after(100, 0.2, 1, 0);
     const double before = fit.bias(), noise = fit.noise, far[3] = {50, 50, 50}, one[3] = {1, 1, 1};
-    fit.note(far, one, 3, true, 20.2);
+    fit.note(far, one, 3, true, false, 20.2);
     EXPECT_EQ(fit.bias(), before);
     EXPECT_EQ(fit.noise, noise);
 }

@@ -56,10 +56,18 @@ class Consistency:
     """What an aid's noise is by the differences of its successive normalised innovations; c_src/estimation/consistency.hpp."""
 
     MEMORY, LARGEST, AT_ONCE, SLOW_S, LONGEST_S = 20.0, 25.0, 2.0, 30.0, 20.0
+    GROSS = 4.0
+    """Ratio of variances beyond which the noise counts as found to be larger than stated."""
 
     def __init__(self) -> None:
-        self.noise, self.successive = 1.0, 1.0
+        self.noise, self.successive, self.stated = 1.0, 1.0, 0.0
         self.last: tuple[Array, float] | None = None
+
+    def restate(self, variance: float) -> None:
+        """What was estimated is a variance: where a larger one is stated than before, so much less is missing."""
+        if variance > self.stated > 0:
+            self.noise = max(1.0, self.noise * self.stated / variance)
+        self.stated = variance
 
     def note(self, r: Array, variance: Array, t_s: float) -> None:
         """Updates the consistency with an innovation within its gate."""
@@ -309,10 +317,14 @@ class InsReference:
     def correct(self, velocity_n: Array | None, place: Array | None, field_b: Array | None, sigma_m: float) -> None:
         """All corrections of one event."""
         if place is not None:
-            most = np.exp(self.length_s / SLOW_GROWS_S) * np.maximum(self.slow_before, SHARP * self.usual_colour())
+            least = (1.0 if self.position_fit.noise > Consistency.GROSS else SHARP) * self.usual_colour()
+            most = np.exp(self.length_s / SLOW_GROWS_S) * np.maximum(self.slow_before, least)
             self.slow = np.minimum(self.slow_sigma(sigma_m * self.position_fit.noise**0.5), most)
         kept, _ = self.colour_of()
         self.propagate()
+        if self.position_fit.noise > Consistency.GROSS:
+            more = np.minimum(self.slow, self.usual_colour()) ** 2 - self.slow_before**2
+            self.P[D, D] += np.diag(np.broadcast_to(np.maximum(0.0, more), 3))
         self.slow_before = self.slow
         if self.length_s > 0:
             self.colour = kept * self.colour
@@ -324,11 +336,13 @@ class InsReference:
             tau, a = self.latency, self.lately
             H, noise = self.late(a)
             H[:, V] = np.eye(3)
+            self.velocity_fit.restate(self.SIGMA_M_S**2)
             z = self.T.T @ earth.axes_at(place) @ velocity_n
             self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise, self.velocity_fit)
             tau = self.latency
             H, noise = self.late(self.v - tau * a)
             H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
+            self.position_fit.restate(sigma_m**2)
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
             self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit)
         if field_b is not None:
