@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from hnav import Filter, HnavError, Ins, PlausibilityWarning, Recording, read
 from hnav.io.aids import AidSamples
 from hnav.io.plausibility import check
+from hnav.io.plausible_rates import unit_of_rates
 from hnav.io.recordings import Origin, Unit
 from hnav.io.sensors import GRADES
 from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes, stay_of
@@ -234,3 +235,13 @@ def test_a_field_that_is_packed_at_the_top_of_its_column_is_named(held):
     few = held.field_b_tesla[np.isfinite(held.field_b_tesla).all(axis=1)][::5]
     packed[: len(few)] = few
     assert "mag ends_early" in alarms(replace(held, field_b_tesla=packed))
+
+
+def test_no_piece_of_a_hand_that_turns_about_and_about_is_taken_for_degrees(broad_trials):
+    """Seconds in which the mean rate is 2 rad/s: gravity seen from the body goes round, and its mean stays along the axis."""
+    for path in broad_trials.values():
+        trial = read(path)
+        for first in range(0, len(trial.t_s) - 5000, 2500):
+            piece = slice(first, first + 5000)
+            live = {"gyro": (trial.t_s[piece], trial.rate_b_rad_s[piece]), "accel": (trial.t_s[piece], trial.force_b_m_s2[piece])}
+            assert unit_of_rates(live).unit != "deg/s", (path, first)

@@ -29,6 +29,9 @@ FIELD_TURNED, AS_FAST = 0.05, 0.3
 """Rad over a window, beyond what passing iron does, and the share of the turning that numbers say in rad/s."""
 LARGEST_BIAS = 0.35
 """As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
+STAYED = 0.95
+"""Of the length of gravity or field, the least that its mean over an eighth of the time has where it stays in the body: that of a body which
+turns about and about is short."""
 SILENT, LOUD = 5e-4, 2.6e-3
 """Numbers per sqrt(Hz): as deg/s below the best tactical gyroscopes, as rad/s five times the noise of the worst chips."""
 SHAKEN_M_S2, SLOW = 0.3, 0.6
@@ -135,7 +138,10 @@ def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
             t_s, vector = live[sensor]
             count = len(vector) // ENOUGH
             means = vector[: count * ENOUGH].reshape(ENOUGH, count, 3).mean(axis=1)
-            unit = means / np.linalg.norm(means, axis=1, keepdims=True)
+            lengths = np.linalg.norm(means, axis=1, keepdims=True)
+            if float(lengths.min()) < STAYED * float(np.median(np.linalg.norm(vector, axis=1))):
+                continue
+            unit = means / lengths
             across = float(np.median(np.linalg.norm(np.cross(unit, mean), axis=1)))
             seen = float(np.linalg.norm(np.diff(unit, axis=0), axis=1).max()) * ENOUGH / float(t_s[-1] - t_s[0])
             if across > LARGEST_BIAS and seen < 0.2 * across:
