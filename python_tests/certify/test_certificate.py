@@ -151,7 +151,7 @@ def test_a_run_that_began_anew_is_certified_in_parts(turntable):
     options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
     found = record_gains(without_rows(experiment.recording, range(150, 270)), options)
     assert found.restarts == (pytest.approx(2.7),)
-    with pytest.raises(HnavError, match="at 2.7 s the filter found its attitude anew .* certify the parts"):
+    with pytest.raises(HnavError, match="at 2.7 s the filter found its attitude again .* certify the parts"):
         certify(found)
     assert not found.from_time(2.8).restarts
 

@@ -258,7 +258,7 @@ def run_commands() -> set[str]:
 
 @pytest.mark.parametrize("line", command_lines())
 def test_a_command_line_names_commands_and_options_that_exist(line):
-    words = shlex.split(re.sub(r"[\[\]|]", " ", line))[1:]
+    words = shlex.split(re.sub(r"[\[\]|]", " ", line.partition(" > ")[0]))[1:]
     assert words[0] in run_commands(), f"./run has no command {words[0]}"
     if words[0] == "hnav" and len(words) > 1 and words[1].islower() and not words[1].startswith("-"):
         assert words[1] in COMMANDS, f"hnav has no command {words[1]}"

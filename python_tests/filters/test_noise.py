@@ -30,7 +30,7 @@ def test_known_noise_lies_within_the_stated_bounds():
 
 def test_a_longer_recording_tells_more():
     short, night = (noise_of([at_rest(1, "wandering", length_s, 20.0)])["gyro"] for length_s in (120.0, 6 * 3600.0))
-    assert not short.terms["walk"].is_told.any() and night.terms["walk"].is_told.all()
+    assert not short.terms["walk"].is_measured.any() and night.terms["walk"].is_measured.all()
     for name, true in zip(TERMS, GRADES["wandering"]):
         assert ((night.terms[name].high - night.terms[name].low) < (short.terms[name].high - short.terms[name].low)).all()
         assert ((night.terms[name].low <= 1.1 * true) & (true <= 1.1 * night.terms[name].high)).all(), name

@@ -8,7 +8,7 @@ from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.reference import earth
 from hnav.simulation.vehicle import Vehicle
-from hnav.systems.navigation_system import READ, READ_BY_SENSOR, TOLD
+from hnav.systems.navigation_system import READ, READ_BY_SENSOR, STATED
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
@@ -54,8 +54,8 @@ def sampled(
             for variable, values in truth.items():
                 fmu.set(variable, float(values[k]))
             fmu.do_step(float(t_s), step_s)
-            rows.append([start_s + (k + 1) * step_s, *(float(fmu.get(output)) for output in TOLD[SENSORS[name]])])
-    return dict(zip(["t_s", *TOLD[SENSORS[name]]], np.array(rows).T))
+            rows.append([start_s + (k + 1) * step_s, *(float(fmu.get(output)) for output in STATED[SENSORS[name]])])
+    return dict(zip(["t_s", *STATED[SENSORS[name]]], np.array(rows).T))
 
 
 # --------------------------------------------------------------------------------------------- descriptions
@@ -69,7 +69,7 @@ def test_outputs_bear_the_names_types_and_units_of_the_inputs_they_feed(version)
         assert sorted(inputs) == sorted(READ[component])
         assert inputs == {variable: vehicle[variable] for variable in inputs}
         fed = {variable: ins[variable] for variable in ins if variable.split(".")[0] in (name.lower(), f"{name.lower()}vel")}
-        assert fed == {variable: outputs[variable] for variable in TOLD[component]}
+        assert fed == {variable: outputs[variable] for variable in STATED[component]}
     assert {variable: vehicle[variable] for variable in READ_BY_SENSOR} == described("ImuMagSensor", version, "input")
 
 
@@ -142,7 +142,7 @@ def test_a_saved_vehicle_goes_on_as_it_would_have_gone(version):
 def test_noise_belongs_to_the_seed_and_the_number_of_the_sample(name):
     component = SENSORS[name]
     first = sampled(name)
-    value = TOLD[component][0]
+    value = STATED[component][0]
     again = sampled(name, version=3)
     for output in first:
         np.testing.assert_array_equal(first[output], again[output])

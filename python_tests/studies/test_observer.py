@@ -73,4 +73,4 @@ def test_costs_are_told(monkeypatch):
 
 def test_a_part_that_is_none_is_refused():
     told = answered(main, "--part", "speed")
-    assert told.returncode == 2 and "choose errors, laws or cost" in told.stderr
+    assert told.returncode == 2 and "choose from errors, hindsight, laws, cost" in told.stderr

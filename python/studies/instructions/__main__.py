@@ -37,6 +37,7 @@ CASES = {
 def driver_of(checkout: Path, label: str) -> Path:
     """A checkout's own driver, linked with its library."""
     folder, program = checkout / "build/c_src", WORK / f"driver_{label}"
+    WORK.mkdir(parents=True, exist_ok=True)
     source = checkout / "python/studies/instructions/driver.c"
     command: list[str | Path] = ["cc", "-O2", "-DSIZED", "-o", program, source, "-I", checkout / "c_src/include"]
     run_compiler([*command, "-L", folder, "-lhnav", f"-Wl,-rpath,{folder}"])
