@@ -14,7 +14,9 @@ from rich.table import Table
 
 from hnav.cli.completion import among
 from hnav.cli.console import say, show, working
-from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict
+from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.recordings import Reading
+from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.options import FILTERS
 from hnav.io.outputs import refuse_overwriting, write_files
@@ -59,9 +61,10 @@ def command(
     if filter is not None:
         if others or report is not None or align or begin:
             raise UsageError(f"--filter {filter}: of the trials of a folder: leave other files, --report, --align and --from out")
-        from hnav.cli.trials import Asked, compare_trials
+        from hnav.cli.trials import compare_trials
 
-        compare_trials(reference, Asked(filter, engine, settings, preset, smooth, strict), crop, json_file)
+        wanted = Wanted(Reading(), filter, engine, parse_settings(settings), preset, strict=strict, smooth=smooth)
+        compare_trials(reference, wanted, crop, json_file)
         return
     if settings or crop is not None or smooth or strict or (engine, preset) != ("c", "default"):
         raise UsageError(

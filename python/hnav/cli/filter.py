@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -37,7 +37,7 @@ from hnav.cli.parameters import (
     parse_settings,
 )
 from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of, with_reading
-from hnav.cli.wanted import Wanted, place_of, preset_and_settings
+from hnav.cli.wanted import Wanted, preset_and_settings, reading_at
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
@@ -47,7 +47,6 @@ from hnav.filters.run_files import write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.plausibility import hemisphere_at
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_tum
@@ -103,10 +102,8 @@ def command(
     sensor: Sensor = None,
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
-    if place_and_date is not None and reading.hemisphere is None:
-        reading = replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))
     wanted = Wanted(
-        reading, filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
+        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
         gnss, truth, outages,
     )  # fmt: skip
     paths = expanded(recordings)

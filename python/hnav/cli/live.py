@@ -30,7 +30,7 @@ from hnav.cli.parameters import (
     parse_settings,
 )
 from hnav.cli.recordings import Reading, lines_of, warn, with_reading
-from hnav.cli.wanted import Corrected, corrected_by, preset_and_settings
+from hnav.cli.wanted import Corrected, corrected_by, preset_and_settings, reading_at
 from hnav.cli.words import UsageError, with_options
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
@@ -96,7 +96,12 @@ def command(
     chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
     corrected = corrected_by(calibration, sensor)
     with ExitStack() as opened:
-        live = Live(LiveLines(reading.wishes()), LibraryRun(Options(filter, preset, **chosen)), corrected, reading)
+        live = Live(
+            LiveLines(reading.wishes()),
+            LibraryRun(Options(filter, preset, **chosen)),
+            corrected,
+            reading_at(place_and_date, reading),
+        )
         live_source = LiveSource.named(source, baud)
         if to is not None:
             live.estimates.append(opened.enter_context(Sender(to)).send)

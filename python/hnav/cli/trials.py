@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
 from hnav.cli.console import bar, say, show
-from hnav.cli.parameters import parse_settings
 from hnav.cli.recordings import warn, warnings_of
+from hnav.cli.wanted import Wanted
 from hnav.fmi.engines import run_recording
 from hnav.io.outputs import refuse_overwriting, write_files
 from hnav.io.readers import read
@@ -20,22 +19,10 @@ from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.reports.scores import Score, nees, score
 
 
-@dataclass(frozen=True)
-class Asked:
-    """The filter, by its options."""
-
-    filter: str
-    engine: str
-    settings: list[str] | None
-    preset: str
-    smooth: bool
-    strict: bool
-
-
-def compare_trials(folder: Path, asked: Asked, crop_s: float | None, json_file: Path | None) -> None:
+def compare_trials(folder: Path, wanted: Wanted, crop_s: float | None, json_file: Path | None) -> None:
     """Prints the errors of each trial and their means. crop_s: only so much of each trial. Raises HnavError, UsageError."""
-    filter, engine, preset = asked.filter, asked.engine, asked.preset
-    chosen = parse_settings(asked.settings) | {"navigation_frame": "enu"}
+    filter, engine, preset = wanted.filter, wanted.engine, wanted.preset
+    chosen = {**wanted.settings, "navigation_frame": "enu"}
     trials = find_trials(folder)
     refuse_overwriting([json_file], trials.values())
     scores: dict[str, Score] = {}
@@ -46,10 +33,10 @@ def compare_trials(folder: Path, asked: Asked, crop_s: float | None, json_file: 
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
             data = read(path)
-            doubts += warnings_of(path, data.check(), asked.strict)
+            doubts += warnings_of(path, data.check(), wanted.strict)
             if crop_s is not None:
                 data = data.cropped(crop_s)
-            result = run_recording(data, filter, engine, chosen, preset, smooth=asked.smooth)
+            result = run_recording(data, filter, engine, chosen, preset, smooth=wanted.smooth)
             truth = data.needed("reference_q_nb")
             scores[data.name] = score(result.q_nb, truth, data.movement)
             consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis

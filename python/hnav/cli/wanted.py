@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from math import radians
 from pathlib import Path
@@ -12,6 +12,7 @@ from hnav.cli.recordings import Reading
 from hnav.cli.words import UsageError
 from hnav.filters.calibration import read_calibration
 from hnav.filters.options import options_of_place, options_of_sensor
+from hnav.io.plausibility import hemisphere_at
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES, read_grade
 
@@ -84,6 +85,13 @@ def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]
     if place_and_date is None:
         return {}
     return {name: str(value) for name, value in options_of_place(filter, place_of(place_and_date)).items()}
+
+
+def reading_at(place_and_date: str | None, reading: Reading) -> Reading:
+    """With the side of the magnetic equator by the place, unless it is said. Raises UsageError."""
+    if place_and_date is None or reading.hemisphere is not None:
+        return reading
+    return replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))
 
 
 def place_of(place_and_date: str) -> tuple[float, float, float, float]:
