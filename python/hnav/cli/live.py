@@ -96,12 +96,8 @@ def command(
     chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
     corrected = corrected_by(calibration, sensor)
     with ExitStack() as opened:
-        live = Live(
-            LiveLines(reading.wishes()),
-            LibraryRun(Options(filter, preset, **chosen)),
-            corrected,
-            reading_at(place_and_date, reading),
-        )
+        library, checked = LibraryRun(Options(filter, preset, **chosen)), reading_at(place_and_date, reading)
+        live = Live(LiveLines(reading.wishes()), library, corrected, checked)
         live_source = LiveSource.named(source, baud)
         if to is not None:
             live.estimates.append(opened.enter_context(Sender(to)).send)

@@ -53,7 +53,7 @@ def built() -> Path:
     """The program. Raises UsageError."""
     PROGRAM.parent.mkdir(parents=True, exist_ok=True)
     headers, source = Path(fmpy.__file__).parent / "c-code", Path(__file__).with_name("driver.cpp")
-    run_compiler(["c++", "-std=c++17", "-O2", "-g1", f"-I{headers}", source, "-ldl", "-o", PROGRAM])
+    run_compiler(["c++", "-std=c++17", "-O2", "-g1", f"-I{headers}", f"-I{CHECKOUT / 'c_src'}", source, "-ldl", "-o", PROGRAM])
     return PROGRAM
 
 
