@@ -18,7 +18,7 @@ namespace hnav {
 struct Consistency {
     static constexpr int windows = 2, most_rows = 3;
     static constexpr double window_s[windows] = {2, 20};
-    static constexpr double far = 10; // sigmas; a sample beyond counts as much
+    static constexpr double far = 10; // sigmas; a sample that lies further off counts as one of so many
     static constexpr double memory = 20; // samples, of the successive differences
     static constexpr double largest = 25; // one difference counts at most as much
     static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly

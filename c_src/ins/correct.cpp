@@ -121,16 +121,18 @@ void Model::widen(Covariance& P, int row, double variance) const {
     if (step_) step_->jumped(row, variance);
 }
 
+// A fix that is older says nothing of the present: three periods of a usual receiver.
+constexpr double fix_age_s = 3;
+
 // Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
 bool Model::judges_velocity(const State& s, double now_s) {
-    constexpr double silent_s = 3;
-    return is_within(now_s - s.last_s[velocity], silent_s) &&
+    return is_within(now_s - s.last_s[velocity], fix_age_s) &&
            (s.refused_in_row[velocity] == 0 || s.contradiction.verdict == Contradiction::state_wrong);
 }
 
 // Factor by which innovations that have a mean do not fit; 1: they do.
 double Model::misfit(const State& s, double now_s) const {
-    constexpr double fastest = 4, silent_s = 3, grows_s = 1, lasts_s = 2;
+    constexpr double fastest = 4, grows_s = 1, lasts_s = 2;
     // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
     // an unknown bias of the accelerometers, have a mean too: it counts by this part.
     constexpr double begins = 20, ends = 3, long_part = 0.25;
@@ -143,7 +145,7 @@ double Model::misfit(const State& s, double now_s) const {
     if (misfit > 1) return std::fmin(fastest, misfit);
     // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
     const bool swallows =
-        vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && has_passed(now_s - s.last_s[velocity], silent_s);
+        vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && has_passed(now_s - s.last_s[velocity], fix_age_s);
     return swallows ? 1 + s.window.length_s / grows_s : 1;
 }
 
@@ -186,15 +188,15 @@ bool places_fit(const State& s, double usual_bias) {
 
 // A sum of innovations against those of the positions, once velocities have been refused in a row.
 void Model::judge_velocity(State& s, const Event& event) {
-    constexpr double fresh_s = 3, sure = 6; // s; logarithm of the ratio of likelihoods: chosen, 400 to 1
+    constexpr double sure = 6; // logarithm of the ratio of likelihoods: chosen, 400 to 1
     Contradiction& c = s.contradiction;
     const bool fits_again = !(s.refused_in_row[velocity] > 0);
     if (fits_again || (c.verdict == Contradiction::velocity_wrong && !places_fit(s, usual_bias))) return c.begin();
     const Innovation &fast = s.innovation[velocity], &place = s.innovation[position];
-    const double since_s = c.last_s > 0 ? std::fmin(event.t_s - c.last_s, fresh_s) : 0;
+    const double since_s = c.last_s > 0 ? std::fmin(event.t_s - c.last_s, fix_age_s) : 0;
     c.last_s = event.t_s;
     for (int i = 0; i < 3; ++i) c.way[i] += since_s * fast.value[i];
-    if (!is_within(event.t_s - place.t_s, fresh_s)) return;
+    if (!is_within(event.t_s - place.t_s, fix_age_s)) return;
     if (std::isnan(c.position[0])) std::copy_n(place.value, 3, c.position);
     if (!event.has(position) || c.verdict != Contradiction::open) return;
     double ratio = 0;
@@ -207,9 +209,8 @@ void Model::judge_velocity(State& s, const Event& event) {
 
 // Velocities that are refused say nothing of the state until positions that fit themselves have decided that it is wrong.
 bool Model::is_contradicted(const State& s, int channel, double now_s) {
-    constexpr double fresh_s = 3;
     const Contradiction::Verdict verdict = s.contradiction.verdict;
-    return channel == velocity && is_within(now_s - s.last_s[position], fresh_s) &&
+    return channel == velocity && is_within(now_s - s.last_s[position], fix_age_s) &&
            (verdict == Contradiction::velocity_wrong || (verdict == Contradiction::open && places_fit(s, usual_bias)));
 }
 

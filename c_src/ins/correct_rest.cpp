@@ -14,7 +14,7 @@ bool Model::at_rest(const State& s, double now_s) const {
     if (is_within(now_s - s.speed_known_s, fresh_s))
         return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
     if (!s.started()) return false;
-    const double variance = std::fmax(s.P[packed(row_v, row_v)], s.P[packed(row_v + 1, row_v + 1)]);
+    const double variance = larger_variance(s, row_v);
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 

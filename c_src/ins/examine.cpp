@@ -18,11 +18,11 @@ bool Model::moves(const State& s) const {
 // The body has a speed, or has gained one since the position last changed.
 bool Model::has_gone(const State& s, double now_s) {
     constexpr double least_m_s = 1, sure = 5; // sigmas
-    const auto largest = [&s](int row) { return std::fmax(s.P[packed(row, row)], s.P[packed(row + 1, row + 1)]); };
     const auto beyond = [](double size, double variance) { return size > std::fmax(least_m_s, sure * std::sqrt(variance)); };
-    const double over_s = now_s - s.changed_s, by_tilt = vec(s.gravity).squaredNorm() * largest(row_phi);
+    const double over_s = now_s - s.changed_s, by_tilt = vec(s.gravity).squaredNorm() * larger_variance(s, row_phi);
     const double gained = (vec(s.gates.gained) - vec(s.changed_gained)).head<2>().norm();
-    return beyond(vec(s.x + 3).norm(), largest(row_v)) || beyond(gained, square(over_s) * (by_tilt + largest(row_accel)));
+    return beyond(vec(s.x + 3).norm(), larger_variance(s, row_v)) ||
+           beyond(gained, square(over_s) * (by_tilt + larger_variance(s, row_accel)));
 }
 
 // A position that is the last one bit for bit is stale where the velocity repeated with it is none of a body that stands, or where the body
@@ -50,12 +50,11 @@ void Model::note_stale(State& s, const Event& event) {
 // No error of satellites is as large as some kilometres: this is another receiver's fix, or none, and a velocity that is refused with it is
 // wrong.
 bool Model::is_elsewhere(const State& s, const Event& event) const {
-    constexpr double far_m = 5e3;
+    constexpr double far_m = 5e3; // chosen: above every error of a receiver that has a fix
     if (s.phase != Phase::navigating || !s.has(event, position)) return false;
     const double* p = event.value[position];
     const Vector3 off = earth::position_of({p[0], p[1], p[2]}) - vec(s.anchor_e) - mat(s.axes) * (vec(s.x) + vec(s.in_t.colour));
-    const double variance = std::fmax(s.P[packed(row_d, row_d)], s.P[packed(row_d + 1, row_d + 1)]);
-    return off.squaredNorm() > square(far_m) + variance && !outlasts(s, position, off.norm(), event.t_s);
+    return off.squaredNorm() > square(far_m) + larger_variance(s, row_d) && !outlasts(s, position, off.norm(), event.t_s);
 }
 
 // Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as

@@ -261,6 +261,8 @@ inline double widened(const State& s) {
     constexpr double by_chance = 1.3;
     return std::fmax(1, s.nis_mean / by_chance);
 }
+// Of the two horizontal rows that begin with this one.
+inline double larger_variance(const State& s, int row) { return std::fmax(s.P[packed(row, row)], s.P[packed(row + 1, row + 1)]); }
 // The noise of an aid has been found to be much larger than it is stated to be.
 inline bool is_learnt(const State& s, int channel) {
     constexpr double gross = 4; // of variances: chosen
