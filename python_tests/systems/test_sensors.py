@@ -121,6 +121,8 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
             GOOD | {"gyro": {"noise": {"value": 1, "unit": "deg/s"}}},
             "grade.json: gyro.noise: unit deg/s is not one of deg/sqrt(h), ",
         ),
+        (GOOD | {"gyro": {"noise": {"value": 1, "unit": []}}}, "grade.json: gyro.noise: unit [] is not one of"),
+        (GOOD | {"gyro": {"noise": {"value": 10**400, "unit": "deg/sqrt(h)"}}}, "grade.json: gyro.noise = 1000"),
         (GOOD | {"mag": {"range": {"value": -1, "unit": "uT"}}}, "grade.json: mag.range = -1 uT must be a number of at least 0"),
         (GOOD | {"mag": {"range": {"value": "8", "unit": "uT"}}}, "grade.json: mag.range = 8 uT must be a number of at least 0"),
     ],

@@ -17,7 +17,6 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import (
-    Calibration,
     Engine,
     FilterOrIns,
     Force,
@@ -91,7 +90,6 @@ def command(
     strict: Strict = False,
     force: Force = False,
     smooth: Smooth = False,
-    calibration: Calibration = None,
     gnss: Gnss = None,
     truth: TruthFile = None,
     outages: Outages = None,
@@ -103,7 +101,7 @@ def command(
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     wanted = Wanted(
-        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
+        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, sensor,
         gnss, truth, outages,
     )  # fmt: skip
     paths = expanded(recordings)
@@ -201,7 +199,7 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
     """Raises HnavError or UsageError for files that are not to be read or written."""
     if out is None and report is None and wanted.truth is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
-    refuse_overwriting([out, report], [recording, wanted.calibration, wanted.sensor, wanted.truth])
+    refuse_overwriting([out, report], [recording, wanted.sensor, wanted.truth])
 
 
 @dataclass(frozen=True)

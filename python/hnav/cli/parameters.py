@@ -23,7 +23,6 @@ FilterName = Annotated[str, _filter("ahrs (real sensors) or hrekf (the paper's)"
 FilterOrIns = Annotated[
     str, _filter("ahrs (real sensors), hrekf (the paper's) or ins (position, velocity and attitude)", *FILTERS, "ins")
 ]
-Calibration = Annotated[Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")]
 PlaceAndDate = Annotated[
     str | None,
     typer.Option(metavar="LAT,LON,HEIGHT,YEAR", help="deg, deg, m, decimal year: the magnetic field of the place, true headings"),
