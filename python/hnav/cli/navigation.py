@@ -85,7 +85,7 @@ def refuse_of_ins(**given: object) -> None:
 
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
-    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.calibration, wanted.sensor])
+    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
     corrected, reading = wanted.corrected(), wanted.reading
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
     table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
