@@ -100,14 +100,14 @@ def lines_of(findings: list[Finding]) -> list[str]:
 
 
 def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool = True) -> list[str]:
-    """A line for each warning. Raises UsageError with strict for any, and without force for one that makes an estimate meaningless
-    or has to be decided by the user first. A command without an estimate need not say force."""
-    alarms = sorted((f for f in findings if f.level != "note"), key=lambda finding: not finding.stops)
-    more = f" (and {len(alarms) - 1} more: hnav check {path})" if len(alarms) > 1 else ""
-    if strict and alarms:
-        raise UsageError(f"{path}: {told(alarms[0])}{more}")
-    if alarms and alarms[0].stops and not force:
-        raise UsageError(f"{path}: {told(alarms[0])}{more}; --force goes on in spite of it")
+    """A line for each warning. Raises UsageError, naming all at once, with strict for any, and without force for those that make an
+    estimate meaningless or have to be decided by the user first. A command without an estimate need not say force."""
+    alarms = [finding for finding in findings if finding.level != "note"]
+    stopping = alarms if strict else [finding for finding in alarms if finding.stops and not force]
+    if stopping:
+        left = len(alarms) - len(stopping)
+        more = f" (and {left} more: hnav check {path})" if left else ""
+        raise UsageError(f"{path}: {'; '.join(map(told, stopping))}{more}{'' if strict else '; --force goes on in spite of it'}")
     return [f"warning: {path.name}: {told(finding)}" for finding in alarms]
 
 

@@ -35,10 +35,11 @@ HARD_IRON_TESLA = 1e-3  # no hard iron of a device is as large
 INTERVAL_S = (1e-4, 0.25)  # between samples
 USUAL_INTERVAL_S = (4e-4, 0.11)
 FASTEST_RAD_S = 50.0  # no gyroscope of a body reads more for a thousandth of the time
-GAP_S = 1.0  # and ten usual intervals
-ENDS_EARLY = 0.2  # of the recording, in which a sensor has no more samples
+GAP_S = 0.3  # and ten usual intervals: a hand turns by a right angle meanwhile
+ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # of the recording, in which a sensor has no more samples
 CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor ends below
-NOTHING = "see whether its columns are the right ones; leave out a magnetometer that was off"
+RIGHT_COLUMNS = "see whether its columns are the right ones"
+NOTHING = {"gyro": RIGHT_COLUMNS, "accel": RIGHT_COLUMNS, "mag": f"{RIGHT_COLUMNS}; leave out a magnetometer that was off"}
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
@@ -91,12 +92,17 @@ def _working(recording: Recording, samples: Samples) -> Iterator[Finding]:
         elif n == 0:
             level = "warning" if sensor == "mag" else "error"
             yield Finding(
-                level, "no_samples", sensor, f"none of {len(recording.t_s)} rows has a sample", advice=NOTHING, certain=True
+                level,
+                "no_samples",
+                sensor,
+                f"none of {len(recording.t_s)} rows has a sample",
+                advice=NOTHING[sensor],
+                certain=True,
             )
         elif not values.any():
             # A body at rest has no rate, and without a field the heading has a large sigma; without gravity there is no attitude.
             level = "error" if sensor == "accel" else "warning"
-            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING, certain=True)
+            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING[sensor], certain=True)
         elif n >= ENOUGH:
             yield from _stuck(sensor, values)
 
@@ -239,7 +245,7 @@ def _field(recording: Recording, median: float) -> Iterator[Finding]:
 def _gaps(recording: Recording, live: Samples) -> Iterator[Finding]:
     for sensor, (t_s, _) in live.items():
         usual_s, steps_s = float(np.median(np.diff(t_s))), np.diff(t_s)
-        if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), GAP_S, 10 * usual_s):
+        if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), ENDS_EARLY_S, 10 * usual_s):
             yield warning(
                 "ends_early",
                 sensor,
@@ -303,11 +309,20 @@ def warn_of_meaningless(
 ) -> None:
     """A PlausibilityWarning, at the line that called the caller, for each finding in the first rows that makes an estimate meaningless.
 
-    A field in another unit is named too: the heading never becomes ready. t_s: n; the others n x 3, as a filter takes them. Without
-    rates or force, as with few rows, nothing is said.
+    A field in another unit is named too: the heading never becomes ready. t_s: n; the others n x 3, as a filter takes them, or None.
+    With few rows nothing is said.
     """
     t_s = t_s[:WARNED_ROWS]
-    if rate is None or force is None or len(t_s) < ENOUGH:
+    if len(t_s) < ENOUGH:
+        return
+    for name, values in (("rate_b_rad_s", rate), ("force_b_m_s2", force)):
+        if values is None:
+            warnings.warn(
+                f"{name} is None: give it as n x 3; a filter that has only rates or only forces never becomes ready",
+                PlausibilityWarning,
+                stacklevel=3,
+            )
+    if rate is None or force is None:
         return
     kept = np.concatenate([[True], t_s[1:] > np.maximum.accumulate(t_s)[:-1]])
     equal = float((np.diff(t_s) == 0).mean())

@@ -165,11 +165,11 @@ BATCH, PLACE, LENGTH = "batch_", "place in batch", "batch length"
 def flattened(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
     """Names and values of a record in records; three numbers are its axes."""
     for key, value in record.items():
-        name = f"{before}_{key}" if before and str(key) != "values" else before if str(key) == "values" else str(key)
+        name = "_".join(filter(None, [before, "" if str(key) == "values" else str(key)]))
         if isinstance(value, Mapping) and depth < DEEPEST:
             yield from flattened(value, "" if str(key) in ("values", "data", "payload") else name, depth + 1)
         elif isinstance(value, list) and len(value) == 3 and not isinstance(value[0], (list, Mapping)):
-            yield from ((f"{name}_{axis}", one) for axis, one in zip(AXES, value))
+            yield from (("_".join(filter(None, [name, axis])), one) for axis, one in zip(AXES, value))
         elif isinstance(value, list):
             if value and isinstance(value[0], (list, Mapping)):
                 yield name, value
