@@ -27,6 +27,7 @@ from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
 from hnav.filters.ins import Ins
 from hnav.filters.options import Options
+from hnav.reports.colours import FAINT, INK, SKY
 from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study
 from studies.peers import PEERS, Told
@@ -46,6 +47,7 @@ HREKF: dict[str, dict[str, Any]] = {
 FILTERS = (*HREKF, "AHRS", *PEERS)
 AT_REST = "INS at rest"
 REST_S, REST_HZ, LATITUDE_RAD = 600.0, 10.0, np.radians(45.0)
+COLOURS = {"UKF": INK, AT_REST: FAINT, "multiplicative EKF": SKY}  # the others have those of the default cycle
 LEVEL_RAD = 0.01  # stated standard deviation of the INS's tilt at the start
 EARTH_RAD_S, G_M_S2 = 7.292115e-5, 9.80620  # at that latitude
 
@@ -176,20 +178,22 @@ def shown(seconds: float) -> str:
 
 def draw(found: Sequence[Times]) -> Any:
     """Median time over the start's heading error, a panel for each claim; a filter whose median never converges ends its line."""
-    picture = figure(1100, 460)
+    picture = figure(720, 1080)
     picture.set_layout_engine("constrained")
-    axes = picture.subplots(1, len(CLAIMS_DEG), sharey=True)
+    axes = picture.subplots(len(CLAIMS_DEG), 1, sharex=True, sharey=True)
     for ax, claim in zip(axes, CLAIMS_DEG):
         for name in (*FILTERS, AT_REST):
             rows = [t for t in found if t.filter == name and t.claim_deg == claim]
             middle = np.array([np.median(t.seconds) for t in rows])
             seconds = np.where(np.isinf(middle), np.nan, np.maximum(middle, 1 / RATE_HZ))
             style = "--" if name in PEERS else ":" if name == AT_REST else "-"
-            ax.plot([t.error_deg for t in rows], seconds, style, marker=".", label=name)
-        ax.set(title=f"claimed {claim:g} deg", xlabel="heading error of the start, deg", yscale="log")
+            ax.plot([t.error_deg for t in rows], seconds, style, marker=".", label=name, linewidth=2, color=COLOURS.get(name))
+        ax.set_title(f"claimed {claim:g} deg: median s until below {LIMIT_DEG:g} deg", fontsize=14)
+        ax.set_yscale("log")
+        ax.tick_params(labelsize=13)
         ax.grid(alpha=0.3)
-    axes[0].set_ylabel(f"median s until below {LIMIT_DEG:g} deg")
-    picture.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=len(FILTERS) // 2 + 1, fontsize=8)
+    axes[-1].set_xlabel("heading error of the start, deg", fontsize=14)
+    picture.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=13)
     return picture
 
 
