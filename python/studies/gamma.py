@@ -83,14 +83,14 @@ def measured(case: tuple[str, float], seeds: int) -> Law:
     errors, sigmas, seconds, ratios = [], [], [], []
     for seed, run in enumerate(runs):
         near = start_of(run, seed, 0.0)
-        told = options_of(mode, rate, near, TILT_RAD)
-        made = Filter(told).run(run.t_s, run.rate, run.force, run.field)
+        chosen = options_of(mode, rate, near, TILT_RAD)
+        made = Filter(chosen).run(run.t_s, run.rate, run.force, run.field)
         settled = run.t_s >= SETTLED_S
         errors.append(np.mean(attitude_error_deg(made.q_nb, run.attitude)[settled] ** 2))
         sigmas.append(np.mean(np.sum(np.degrees(made.sigma_rad[settled]) ** 2, axis=1)))
         far = Filter(options_of(mode, rate, start_of(run, seed, ERROR_DEG), np.radians(CLAIM_DEG)))
         seconds.append(settles(attitude_error_deg(far.run(run.t_s, run.rate, run.force, run.field).q_nb, run.attitude)))
-        ratios.append(ratio(run, told))
+        ratios.append(ratio(run, chosen))
     attenuations, bounds = np.array(ratios).T
     return Law(mode, rate, float(np.sqrt(np.mean(errors))), float(np.sqrt(np.mean(sigmas))), float(np.median(seconds)),
                float(np.median(attenuations)), float(attenuations.max()), float(bounds.min()))  # fmt: skip

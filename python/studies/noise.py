@@ -54,7 +54,7 @@ class Bounds:
 
     held: float
     """Share of the true values that lie within 95 %."""
-    told: float
+    stated: float
     """Share of which more than an upper limit is stated."""
     ratio: float
     """Median of the estimates over the true value."""
@@ -65,10 +65,10 @@ def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, Bounds]:
     found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):
-        low, high, value, told = (
+        low, high, value, stated = (
             np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_measured")
         )
-        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(told.mean()), float(np.median(value) / true))
+        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(stated.mean()), float(np.median(value) / true))
     return made
 
 
@@ -82,8 +82,8 @@ def by_length() -> Table:
         for name, value in zip(TERMS, true):
             for length, terms in found.items():
                 low, high = terms[name].low[0], terms[name].high[0]
-                told = f"{terms[name].value[0]:.3g}" if terms[name].is_measured[0] else f"< {high:.3g}"
-                table.add_row(grade, name, length, f"{value:.3g}", told, f"{low:.3g} to {high:.3g}")
+                stated = f"{terms[name].value[0]:.3g}" if terms[name].is_measured[0] else f"< {high:.3g}"
+                table.add_row(grade, name, length, f"{value:.3g}", stated, f"{low:.3g} to {high:.3g}")
     return table
 
 
@@ -99,7 +99,7 @@ def command(
         task = progress.add_task("grades", total=len(GRADES))
         for grade in GRADES:
             for name, of in bounds(grade, sensors, 60 * minutes).items():
-                table.add_row(grade, name, f"{of.held:.1%}", f"{of.told:.0%}", f"{of.ratio:.2f}")
+                table.add_row(grade, name, f"{of.held:.1%}", f"{of.stated:.0%}", f"{of.ratio:.2f}")
             progress.advance(task)
     show(table)
     show(by_length())

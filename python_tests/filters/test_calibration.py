@@ -89,8 +89,8 @@ def test_a_sensor_file_keeps_what_is_not_written(tmp_path):
     write_sensor(path, mine, "my chip", "By hand.")
     for seed in (1, 2):
         write_sensor(path, {"mag": calibrate_magnetometer(*turned_about(seed=seed)[:2], "uT").correction}, "another")
-    told, grade = json.loads(path.read_text()), read_grade(path)
-    assert told["name"] == "my chip" and told["source"] == "By hand. hnav calibrate." and told["gyro"] == mine["gyro"]
+    written, grade = json.loads(path.read_text()), read_grade(path)
+    assert written["name"] == "my chip" and written["source"] == "By hand. hnav calibrate." and written["gyro"] == mine["gyro"]
     np.testing.assert_allclose(1e6 * grade.corrections["mag"].offset, OFFSET_UT, atol=0.1)
     for text in ("[1]", "{", '{"name": ""}'):
         path.write_text(text)
