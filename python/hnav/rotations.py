@@ -21,6 +21,12 @@ def rotated(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return turned
 
 
+def quaternion_exp(half_turn: np.ndarray) -> np.ndarray:
+    """n x 4, from n x 3 half rotation vectors."""
+    angle = np.linalg.norm(half_turn, axis=1, keepdims=True)
+    return np.hstack([np.cos(angle), half_turn * np.sinc(angle / np.pi)])
+
+
 def euler_rad(q: np.ndarray) -> np.ndarray:
     """Roll, pitch, yaw (n x 3), rotation order z y x; NaN rows stay NaN."""
     w, x, y, z = q.T

@@ -5,14 +5,16 @@
 A body turns to and fro about all axes (studies.robust); the noise of gyroscope, force and field is as stated, at 50 Hz. The start is off by a given
 heading error, and the filter claims a heading sigma for it. Counted is the time from which the error stays below 3 deg for a second, within
 20 s.
-The AHRS has its own options for the start and its default noise, which is a hand's; the others have the true noise. INS is not in the table:
-at rest without a magnetometer nothing but the turn of the Earth corrects its heading.
+The AHRS has its own options for the start and its default noise, which is a hand's; the others have the true noise.
+
+The INS has a table of its own: at rest without a magnetometer nothing but the rate of the Earth corrects its heading, so its sensors are of
+navigation grade, and it has 600 s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -23,7 +25,9 @@ from scipy.spatial.transform import Rotation
 
 from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
+from hnav.filters.ins import Ins
 from hnav.filters.options import Options
+from hnav.reports.colours import FAINT, INK, SKY
 from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study
 from studies.peers import PEERS, Told
@@ -41,6 +45,11 @@ HREKF: dict[str, dict[str, Any]] = {
     "HREKF, relative 15": {"gamma_mode": "relative", "gamma_relative_rate_1_s": 15.0},
 }
 FILTERS = (*HREKF, "AHRS", *PEERS)
+AT_REST = "INS at rest"
+REST_S, REST_HZ, LATITUDE_RAD = 600.0, 10.0, np.radians(45.0)
+COLOURS = {"UKF": INK, AT_REST: FAINT, "multiplicative EKF": SKY}  # the others have those of the default cycle
+LEVEL_RAD = 0.01  # stated standard deviation of the INS's tilt at the start
+EARTH_RAD_S, G_M_S2 = 7.292115e-5, 9.80620  # at that latitude
 
 
 class Times(NamedTuple):
@@ -57,11 +66,11 @@ class Times(NamedTuple):
         return float(np.mean(np.isinf(self.seconds)))
 
 
-def settles(error_deg: np.ndarray) -> float:
+def settles(error_deg: np.ndarray, rate_hz: float = RATE_HZ) -> float:
     """Seconds until the error stays below the limit for HOLD_S; a sample without an estimate is above."""
-    hold = round(HOLD_S * RATE_HZ)
+    hold = round(HOLD_S * rate_hz)
     below = np.lib.stride_tricks.sliding_window_view(error_deg < LIMIT_DEG, hold).all(axis=1)
-    return float(np.argmax(below) / RATE_HZ) if below.any() else np.inf
+    return float(np.argmax(below) / rate_hz) if below.any() else np.inf
 
 
 def start_of(run: Run, seed: int, error_deg: float) -> Rotation:
@@ -94,23 +103,71 @@ def theirs(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg
     return list(errors_of(PEERS[name], runs, starts, told))
 
 
+@cache
+def runs_of(seeds: int) -> tuple[Run, ...]:
+    """The same for every filter and start."""
+    return tuple(simulate(Scenario(), seed, DURATION_S, RATE_HZ) for seed in range(seeds))
+
+
+def at_rest(seed: int, error_deg: float, claim_deg: float) -> np.ndarray:
+    """Attitude error of the INS in deg, from a start with this heading error; biases and noise as the preset states them."""
+    rng, made = np.random.default_rng(30_000 + seed), Options("ins", "navigation")
+    t = np.arange(0, REST_S, 1 / REST_HZ)
+    attitude = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.2, 0.2, 2)])
+    earth = EARTH_RAD_S * np.array([np.cos(LATITUDE_RAD), 0, -np.sin(LATITUDE_RAD)])
+    white = np.sqrt(REST_HZ) * rng.normal(size=(2, len(t), 3))
+    rate = (
+        attitude.inv().apply(earth)
+        + made.start_sigma_gyro_bias_rad_s * rng.normal(size=3)
+        + made.gyro_noise_rad_per_sqrt_s * white[0]
+    )
+    gravity = attitude.inv().apply([0, 0, -G_M_S2]) + made.start_sigma_accel_bias_m_s2 * rng.normal(size=3)
+    force = gravity + made.accel_noise_m_s_per_sqrt_s * white[1]
+    tilted = Rotation.from_rotvec([*(LEVEL_RAD * rng.normal(size=2)), 0]) * attitude
+    start = Rotation.from_rotvec([0, 0, np.radians(error_deg)]) * tilted
+    options = Options(
+        "ins", "navigation", start="state", start_q_nb=start.as_quat()[[3, 0, 1, 2]].tolist(), start_sigma_tilt_rad=LEVEL_RAD,
+        start_sigma_heading_rad=np.radians(claim_deg), start_sigma_velocity_m_s=0.1, start_place="given", start_latitude_rad=LATITUDE_RAD,
+    )  # fmt: skip
+    q = Ins(options).run(t, rate, force, check=False).q_nb
+    error = np.full(len(t), np.nan)
+    seen = np.isfinite(q).all(axis=1)
+    error[seen] = np.degrees((Rotation.from_quat(q[seen][:, [1, 2, 3, 0]]) * attitude.inv()).magnitude())
+    return error
+
+
 def converge(case: tuple[str, float, float], seeds: int) -> Times:
     name, error_deg, claim_deg = case
-    runs = [simulate(Scenario(), seed, DURATION_S, RATE_HZ) for seed in range(seeds)]
+    if name == AT_REST:
+        return Times(*case, np.array([settles(at_rest(seed, error_deg, claim_deg), REST_HZ) for seed in range(seeds)]))
+    runs = runs_of(seeds)
     starts = [start_of(run, seed, error_deg) for seed, run in enumerate(runs)]
     errors = (theirs if name in PEERS else ours)(name, runs, starts, claim_deg)
     return Times(name, error_deg, claim_deg, np.array([settles(e) for e in errors]))
+
+
+def cell(times: Times) -> str:
+    """Median, worst, and the share that never converges."""
+    never = f", {100 * times.never:.0f} %" if times.never else ""
+    return f"{shown(float(np.median(times.seconds)))}, {shown(times.seconds.max())}{never}"
+
+
+def rest_table(found: Sequence[Times], seeds: int) -> Table:
+    title = f"INS at rest, navigation grade: the same by the claimed sigma, within {REST_S:g} s; {seeds} seeds"
+    table = Table("", *(f"{error:g} deg" for error in ERRORS_DEG), title=title)
+    for claim in CLAIMS_DEG:
+        table.add_row(f"claimed {claim:g} deg", *(cell(t) for t in found if t.filter == AT_REST and t.claim_deg == claim))
+    return table
 
 
 def times_table(found: Sequence[Times], claim_deg: float, seeds: int) -> Table:
     title = f"claimed sigma {claim_deg:g} deg: median s until the error is below {LIMIT_DEG:g} deg, worst, share that never is; {seeds} seeds"
     table = Table("", *(f"{error:g} deg" for error in ERRORS_DEG), title=title)
     for name in FILTERS:
-        cells = []
-        for error in ERRORS_DEG:
-            times = next(t for t in found if (t.filter, t.error_deg, t.claim_deg) == (name, error, claim_deg))
-            middle, worst = np.median(times.seconds), times.seconds.max()
-            cells.append(f"{shown(middle)}, {shown(worst)}" + (f", {100 * times.never:.0f} %" if times.never else ""))
+        cells = [
+            cell(next(t for t in found if (t.filter, t.error_deg, t.claim_deg) == (name, error, claim_deg)))
+            for error in ERRORS_DEG
+        ]
         table.add_row(name, *cells)
     return table
 
@@ -121,25 +178,22 @@ def shown(seconds: float) -> str:
 
 def draw(found: Sequence[Times]) -> Any:
     """Median time over the start's heading error, a panel for each claim; a filter whose median never converges ends its line."""
-    picture = figure(1100, 440)
+    picture = figure(720, 1080)
     picture.set_layout_engine("constrained")
-    axes = picture.subplots(1, len(CLAIMS_DEG), sharey=True)
+    axes = picture.subplots(len(CLAIMS_DEG), 1, sharex=True, sharey=True)
     for ax, claim in zip(axes, CLAIMS_DEG):
-        for name in FILTERS:
+        for name in (*FILTERS, AT_REST):
             rows = [t for t in found if t.filter == name and t.claim_deg == claim]
             middle = np.array([np.median(t.seconds) for t in rows])
-            style = "--" if name in PEERS else "-"
-            ax.plot(
-                [t.error_deg for t in rows],
-                np.where(np.isinf(middle), np.nan, np.maximum(middle, 1 / RATE_HZ)),
-                style,
-                marker=".",
-                label=name,
-            )
-        ax.set(title=f"claimed {claim:g} deg", xlabel="heading error of the start, deg", yscale="log")
+            seconds = np.where(np.isinf(middle), np.nan, np.maximum(middle, 1 / RATE_HZ))
+            style = "--" if name in PEERS else ":" if name == AT_REST else "-"
+            ax.plot([t.error_deg for t in rows], seconds, style, marker=".", label=name, linewidth=2, color=COLOURS.get(name))
+        ax.set_title(f"claimed {claim:g} deg: median s until below {LIMIT_DEG:g} deg", fontsize=14)
+        ax.set_yscale("log")
+        ax.tick_params(labelsize=13)
         ax.grid(alpha=0.3)
-    axes[0].set_ylabel(f"median s until below {LIMIT_DEG:g} deg")
-    picture.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=len(FILTERS), fontsize=7)
+    axes[-1].set_xlabel("heading error of the start, deg", fontsize=14)
+    picture.legend(*axes[-1].get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=13)
     return picture
 
 
@@ -149,10 +203,11 @@ def command(
     picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the medians")] = None,
 ) -> None:
     """Time to 3 deg over the heading error of the start and the stated sigma."""
-    cases = [(name, error, claim) for claim in CLAIMS_DEG for name in FILTERS for error in ERRORS_DEG]
+    cases = [(name, error, claim) for claim in CLAIMS_DEG for name in (*FILTERS, AT_REST) for error in ERRORS_DEG]
     found = list(in_order(partial(converge, seeds=seeds), cases, workers))
     for claim in CLAIMS_DEG:
         show(times_table(found, claim, seeds), width=170)
+    show(rest_table(found, seeds), width=170)
     if picture:
         save(draw(found), picture)
         say(str(picture))

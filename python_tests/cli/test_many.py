@@ -98,6 +98,8 @@ def test_a_cluster_gives_the_same_tables(logs, alone, tmp_path):
 def test_what_cannot_be_done_with_many_is_said(logs, tmp_path):
     for given, said in (
         ((f"{logs}/*.csv",), "--out DIR"), ((f"{logs}/*.csv", "--out", tmp_path / "o", "--report", tmp_path / "r.html"), "no --report"),
+        ((f"{logs}/*.csv", "--out", tmp_path / "o.csv"), "it is a folder"), ((f"{logs}/*.csv", "--out", tmp_path / "o", "--workers", 0), "--workers 0: at least 1"),
+        ((logs / "walk0.csv", "--out", tmp_path / "o.doc"), "o.doc: the forms are .csv, .parquet"),
         ((f"{logs}/*.nothing", "--out", tmp_path / "o"), "no file matches it"), ((f"{logs}/b*.csv", "--out", tmp_path / "o"), "no recording could be filtered"),
     ):  # fmt: skip
         done = hnav("filter", *given)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from hnav.filters.observer_observability import Observability, compared, observability
+from hnav.filters.observability import removed
+from hnav.filters.observer_observability import Observability, observability
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 
@@ -96,6 +97,6 @@ def test_three_that_share_two_unseen_directions():
     prior = np.diag([4.0, 1.0, 9.0])
     h = np.array([1.0, 1.0, 0.0])
     gain = prior @ h / (h @ prior @ h + 1e-6)
-    seen = compared(("a", "b", "c"), prior, prior - np.outer(gain, h @ prior))
+    seen = removed(("a", "b", "c"), prior, prior - np.outer(gain, h @ prior))
     assert sorted(sorted(names) for names in seen.unseen) == [["a", "b"], ["c"]]
     assert seen.share["c"] == pytest.approx(0, abs=1e-9) and seen.share["a"] == pytest.approx(0.8, abs=1e-3)

@@ -64,7 +64,9 @@ def test_the_page_stands_alone_and_says_what_it_is_of(page):
         "navigation_frame", __version__, "heading ready", "gyro bias x, y, z", "RMS against optics",
     ):  # fmt: skip
         assert said in text
-    assert re.findall(r'<section id="([\w-]+)">', text) == ["summary", *(name for name in SHOWN if name != "health")]
+    assert re.findall(r'<section id="([\w-]+)">', text) == [
+        "summary", *(name for name in SHOWN if name != "health"), "observability",
+    ]  # fmt: skip
 
 
 def test_frames_are_those_of_the_run_and_the_reference_follows(recording):
@@ -102,7 +104,9 @@ def test_a_mounted_sensor_is_turned_before_its_field_is(recording):
 def test_a_run_without_its_recording_has_a_page_too(recording, tmp_path):
     run = filtered(recording)
     run.report(tmp_path / "alone.html")
-    assert write_recording_report(recording_run(run), tmp_path / "alone.html") == ["body", "attitude", "states", "bias", "nis"]
+    assert write_recording_report(recording_run(run), tmp_path / "alone.html") == [
+        "body", "attitude", "states", "bias", "nis", "observability",
+    ]  # fmt: skip
     run.accepted = None
     assert "states" in write_recording_report(recording_run(run), tmp_path / "alone.html")
     with pytest.raises(HnavError, match="has other rows than the run"):
@@ -192,7 +196,7 @@ def test_chromium_renders_the_page_of_a_recording(page, tmp_path):
     document, console, initiators = browse(page, tmp_path)
     assert not console
     assert not initiators
-    plots = [name for name in SHOWN if name not in ("body", "health")]
+    plots = [*(name for name in SHOWN if name not in ("body", "health")), "observability"]
     assert re.findall(r'<div id="plot-(\w+)" class="plotly-graph-div js-plotly-plot"', document) == plots
     assert re.search(r'<output id="body-says">[\d.]+ s   roll -?[\d.]+°  pitch -?[\d.]+°  heading [\d.]+°</output>', document)
 

@@ -5,7 +5,21 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from command_line import answered
-from studies.convergence import FILTERS, converge, draw, main, settles, times_table
+from studies import gamma
+from studies.convergence import (
+    AT_REST,
+    CLAIMS_DEG,
+    ERRORS_DEG,
+    FILTERS,
+    Times,
+    at_rest,
+    converge,
+    draw,
+    main,
+    rest_table,
+    settles,
+    times_table,
+)
 from studies.peers import PEERS, Told, cross, turned
 from studies.robust import DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Scenario, errors_of, simulate
 
@@ -60,6 +74,24 @@ def test_the_times_become_a_table_and_a_picture():
     assert len(draw(found).axes) == 3
     with pytest.raises(StopIteration):
         times_table(found, 30.0, 2)
+
+
+def test_the_rate_of_the_earth_corrects_a_heading_at_rest():
+    """Half a degree per minute across the heading: slow, and to far less than the limit."""
+    error = at_rest(1, 90.0, 100.0)
+    assert error[0] == pytest.approx(90, abs=3) and 20 < settles(error, 10.0) < 120 and error[-600:].max() < 1
+    found = [Times(AT_REST, e, c, np.array([1.0, np.inf])) for c in CLAIMS_DEG for e in ERRORS_DEG]
+    assert rest_table(found, 2).row_count == len(CLAIMS_DEG)
+
+
+def test_gamma_is_shown_between_the_filter_without_it_and_one_that_follows_noise():
+    off, some, much = (gamma.measured(case, 2) for case in (("off", 0.0), ("relative", 1.5), ("relative", 20.0)))
+    assert off.rmse_deg < some.rmse_deg < much.rmse_deg and off.sigma_deg < some.sigma_deg < much.sigma_deg
+    assert some.seconds < off.seconds < much.seconds
+    for law in (some, much):
+        assert 0 < law.attenuation <= law.worst < law.gamma_squared
+    assert np.isinf(off.gamma_squared)
+    assert len(gamma.draw([off, some, much, some._replace(mode="kl")]).axes) == 3
 
 
 def test_a_wrong_count_is_one_line():

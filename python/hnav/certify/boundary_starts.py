@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hnav.certify.gain_record import Correction, GainRecord, quaternion_exp
+from hnav.certify.gain_record import Correction, GainRecord
 from hnav.reference.hrekf import C_bn
+from hnav.rotations import quaternion_exp
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.reference.hrekf import C_bn, Numbers, ReferenceFilter, Xi, left_multiplication, product, right_multiplication
+from hnav.rotations import quaternion_exp
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
@@ -87,12 +88,6 @@ class GainRecord:
     def with_gain(self, factor: float) -> GainRecord:
         """The same run with every K multiplied; the covariances stay, for they are no part of the certificate."""
         return replace(self, corrections=[replace(c, K=factor * c.K) for c in self.corrections])
-
-
-def quaternion_exp(half_turn: np.ndarray) -> np.ndarray:
-    """n x 4, from n x 3 half rotation vectors."""
-    angle = np.linalg.norm(half_turn, axis=1, keepdims=True)
-    return np.hstack([np.cos(angle), half_turn * np.sinc(angle / np.pi)])
 
 
 def held_turns(rate: np.ndarray, interval_s: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,6 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import (
-    Calibration,
     Engine,
     FilterOrIns,
     Force,
@@ -43,7 +42,7 @@ from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.health import Finding, Tally, findings
 from hnav.filters.options import Options, option_table
-from hnav.filters.run_files import write_pieces, write_table
+from hnav.filters.run_files import PARQUET, write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
@@ -51,6 +50,8 @@ from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_tum
 
+FORMS = (".csv", *PARQUET, TUM, GPX)
+"""Of tables; without a suffix, as of a pipe, CSV."""
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
 """Formats whose devices lie with their z axis up."""
 LEVEL = 0.7  # of the mean force along z
@@ -91,7 +92,6 @@ def command(
     strict: Strict = False,
     force: Force = False,
     smooth: Smooth = False,
-    calibration: Calibration = None,
     gnss: Gnss = None,
     truth: TruthFile = None,
     outages: Outages = None,
@@ -103,7 +103,7 @@ def command(
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     wanted = Wanted(
-        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
+        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, sensor,
         gnss, truth, outages,
     )  # fmt: skip
     paths = expanded(recordings)
@@ -112,6 +112,8 @@ def command(
         return
     if out is None or report is not None:
         raise UsageError("of several recordings give --out DIR, a folder for their tables and an index page, and no --report")
+    if out.suffix.lower() in FORMS and not out.is_dir():
+        raise UsageError(f"--out {out}: of several recordings it is a folder, for tables in CSV and an index page: name one")
     from hnav.cli.many import filter_many  # Dask takes a while to load
 
     filter_many(paths, out, wanted, workers, scheduler)
@@ -201,7 +203,9 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
     """Raises HnavError or UsageError for files that are not to be read or written."""
     if out is None and report is None and wanted.truth is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
-    refuse_overwriting([out, report], [recording, wanted.calibration, wanted.sensor, wanted.truth])
+    if out is not None and out.suffix and out.suffix.lower() not in FORMS:
+        raise UsageError(f"--out {out}: the forms are {', '.join(FORMS)}")
+    refuse_overwriting([out, report], [recording, wanted.sensor, wanted.truth])
 
 
 @dataclass(frozen=True)

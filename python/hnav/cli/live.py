@@ -19,7 +19,6 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import console
 from hnav.cli.parameters import (
-    Calibration,
     FilterName,
     Frame,
     PlaceAndDate,
@@ -83,7 +82,6 @@ def command(
     frame: Frame = None,
     *,
     reading: Reading,
-    calibration: Calibration = None,
     place_and_date: PlaceAndDate = None,
     grade: SensorGrade = None,
     sensor: Sensor = None,
@@ -94,7 +92,7 @@ def command(
         raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
-    corrected = corrected_by(calibration, sensor)
+    corrected = corrected_by(sensor)
     with ExitStack() as opened:
         library, checked = LibraryRun(Options(filter, preset, **chosen)), reading_at(place_and_date, reading)
         live = Live(LiveLines(reading.wishes()), library, corrected, checked)

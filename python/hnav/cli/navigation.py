@@ -14,7 +14,7 @@ from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of
 from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.ins_aids import AIDS
-from hnav.filters.ins_answers import READY, InsRun
+from hnav.filters.ins_answers import READY, InsRun, InsSamples
 from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, interval_of, paired, refuse_other_clock, with_aids
 from hnav.filters.options import Options
@@ -85,7 +85,7 @@ def refuse_of_ins(**given: object) -> None:
 
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
-    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.calibration, wanted.sensor])
+    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
     corrected, reading = wanted.corrected(), wanted.reading
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
     table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
@@ -200,7 +200,8 @@ def whole(parts: list[InsRun]) -> InsRun:
         for name, value in vars(parts[0]).items()
         if isinstance(value, np.ndarray)
     }
-    return InsRun(**arrays, options=parts[0].options, smoothed=parts[0].smoothed)
+    samples = InsSamples.joined([part.samples for part in parts if part.samples is not None])
+    return InsRun(**arrays, options=parts[0].options, smoothed=parts[0].smoothed, samples=samples)
 
 
 def of_navigation(found: list[Finding]) -> list[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
 from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
 from hnav.native.library import enumerators
+
+if TYPE_CHECKING:
+    from hnav.filters.observability import RunObservability
+    from hnav.io.recordings import Recording
 
 VERDICTS = enumerators("hnav_field_gate", "HNAV_FIELD_")
 """What the filter made of a field."""
@@ -97,6 +101,16 @@ class Run(RunBase):
         east_first = self.options is not None and self.options.navigation_frame == "enu"
         heading: Array = -np.remainder(np.pi - (np.pi / 2 - yaw if east_first else yaw), 2 * np.pi) + np.pi
         return heading
+
+    def observability(self, recording: Recording | None = None) -> RunObservability:
+        """Which errors of attitude and gyro bias the samples determine, by what and from when on; print(*found.sentences(), sep="\\n").
+
+        recording: what the run was made of; without it the rests that the AHRS finds determine nothing. Raises HnavValueError for a run
+        without an attitude.
+        """
+        from hnav.filters.attitude_observability import attitude_observability
+
+        return attitude_observability(self, recording)
 
     def in_one_line(self) -> str:
         """Rows, length, last attitude."""

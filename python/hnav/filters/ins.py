@@ -28,7 +28,7 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.filters.filter_object import FilterObject, with_arguments_of
 from hnav.filters.ins_aids import Aids
-from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsRun, Navigation, Observed, unfilled_run
+from hnav.filters.ins_answers import INS_RUN_ARRAYS, InsRun, InsSamples, Navigation, Observed, unfilled_run
 from hnav.filters.options import Options
 from hnav.native.arrays import Array, address, doubles, times
 from hnav.native.library import ffi, new
@@ -116,7 +116,7 @@ class Ins(FilterObject):
             self._do("hnav_ins_smooth", len(t), given, wanted)
         else:
             self._do("hnav_ins_run", len(t), given, wanted, ffi.NULL)
-        run.options, run.smoothed = self.options, smooth
+        run.options, run.smoothed, run.samples = self.options, smooth, InsSamples(rate, force, aids or Aids())
         if check:
             from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
 

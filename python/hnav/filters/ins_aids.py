@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -80,6 +81,10 @@ class Aids:
     def rest(self, t_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
         """Instants at which the body is known to stand: m; sigma of its velocity."""
         return self._add("rest", t_s, np.empty((len(np.atleast_1d(np.asarray(t_s))), 0)), sigma_m_s, received_s)
+
+    def and_those_of(self, others: Sequence[Aids]) -> Aids:
+        """A new object with the samples of this one and of others."""
+        return Aids([part for aids in (self, *others) for part in aids._parts])
 
     def arrays(self) -> tuple[Array, Array, npt.NDArray[np.int32], Array]:
         """Times of validity (m), times of arrival (m), places in SENSORS (m), values (m x 6); in the order of arrival."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
 from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
 from hnav.native.library import enumerators
+
+if TYPE_CHECKING:
+    from hnav.filters.ins_aids import Aids
+    from hnav.filters.observability import RunObservability
 
 PHASES = enumerators("hnav_ins_phase", "HNAV_INS_PHASE_")
 """Where the filter stands: waiting, levelling, any_heading, navigating; InsRun.phase counts them from 0."""
@@ -106,6 +110,24 @@ class Observed(Record):
     """By a magnetometer."""
 
 
+@dataclass(frozen=True, eq=False)
+class InsSamples:
+    """What a run of the INS was made of."""
+
+    rate_b_rad_s: Array
+    """n x 3, sensor axes, n a multiple of the rows of the run or somewhat more."""
+    force_b_m_s2: Array
+    """n x 3, likewise."""
+    aids: Aids
+    """All of them."""
+
+    @classmethod
+    def joined(cls, parts: list[InsSamples]) -> InsSamples:
+        """Of a recording in pieces."""
+        rate, force = (np.concatenate([getattr(part, name) for part in parts]) for name in ("rate_b_rad_s", "force_b_m_s2"))
+        return cls(rate, force, parts[0].aids.and_those_of([part.aids for part in parts[1:]]))
+
+
 @dataclass(repr=False)
 class InsRun(RunBase):
     """Arrays of a run of the INS, one row for each instant; NaN before there is a tilt."""
@@ -144,6 +166,17 @@ class InsRun(RunBase):
     """Those of the filter."""
     smoothed: bool = field(default=False, kw_only=True)
     """Every row is from all samples."""
+    samples: InsSamples | None = field(default=None, kw_only=True)
+    """What the filter was given."""
+
+    def observability(self) -> RunObservability:
+        """Which errors of attitude and biases the samples determine, by what and from when on; print(*found.sentences(), sep="\\n").
+
+        Raises HnavValueError for a run without an attitude, or without its samples.
+        """
+        from hnav.filters.ins_observability import ins_observability
+
+        return ins_observability(self)
 
     @property
     def euler_rad(self) -> Array:

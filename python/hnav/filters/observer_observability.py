@@ -7,32 +7,22 @@ states and parameters that they leave as unknown as before.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
+from hnav.filters.observability import Removed, joined, removed
 from hnav.filters.observer import Observer, ObserverOptions
 from hnav.filters.observer_plan import Plan
-from hnav.native.arrays import Array
 
-UNSEEN = 0.9  # share of a variance that is left: less than a tenth was removed
 _BLIND = 1e6  # by which sensors are made worse, so that their samples say nothing
-_PART = 0.2  # of the largest component, that makes another one part of a combination
-_SINGULAR = 1e-9  # of the largest variance: no direction of its own
 
 
-@dataclass(frozen=True)
-class Observability:
-    """What the samples have removed of what was unknown."""
-
-    share: dict[str, float]
-    """By name: 1 - variance with the samples / variance without them, at the end of the recording. 0: they say nothing."""
-    unseen: tuple[tuple[str, ...], ...]
-    """Combinations of which they remove less than a tenth of the variance, by the names that take part."""
+class Observability(Removed):
+    """What the samples of an observer have removed of what was unknown."""
 
     def sentences(self) -> list[str]:
         """A line for each estimate, and one for each combination that is not observable."""
@@ -41,8 +31,7 @@ class Observability:
             if len(names) == 1:
                 lines.append(f"not observable: {names[0]}; give it a smaller start_sigma, or a sensor that it acts on")
             else:
-                together = f"{', '.join(names[:-1])} and {names[-1]}"
-                lines.append(f"not observable: {together} together, only a combination of them; fix one, or add a sensor")
+                lines.append(f"not observable: {joined(names)} together, only a combination of them; fix one, or add a sensor")
         return lines
 
 
@@ -63,35 +52,5 @@ def observability(
         raise HnavValueError(
             "option", "the plant has no answer where the samples do not correct it: begin nearer to the truth, or take fewer rows"
         )
-    return compared(plan.estimated, without.covariance[-1], with_samples.covariance[-1])
-
-
-def compared(names: tuple[str, ...], prior: Array, left: Array) -> Observability:
-    """Of the covariances without samples and with them."""
-    scale = np.sqrt(np.diag(prior))
-    known = scale > 0
-    share = {name: float(1 - left[i, i] / prior[i, i]) if known[i] else math.nan for i, name in enumerate(names)}
-    among = [name for name, is_known in zip(names, known) if is_known]
-    per = np.outer(scale[known], scale[known])
-    before, after = prior[np.ix_(known, known)] / per, left[np.ix_(known, known)] / per
-    values, vectors = np.linalg.eigh(before)
-    independent = values > _SINGULAR * values.max(initial=0.0)
-    root = vectors[:, independent] * np.sqrt(values[independent])
-    whitener = vectors[:, independent] / np.sqrt(values[independent])
-    remains, directions = np.linalg.eigh(whitener.T @ after @ whitener)
-    unseen = _sparse(root @ directions[:, remains > UNSEEN])
-    return Observability(share, tuple(tuple(name for name, size in zip(among, row) if size > _PART) for row in unseen))
-
-
-def _sparse(basis: Array) -> list[Array]:
-    """Sizes of the components, at most 1, of directions that span the same as the columns, each with as many zeros as elimination gives."""
-    rows = basis.T.copy()
-    for used in range(len(rows)):
-        left = np.abs(rows[used:])
-        row, column = divmod(int(np.argmax(left)), left.shape[1])
-        rows[[used, used + row]] = rows[[used + row, used]]
-        rows[used] /= rows[used, column]
-        for other in range(len(rows)):
-            if other != used:
-                rows[other] -= rows[other, column] * rows[used]
-    return [np.abs(row) / np.abs(row).max() for row in rows]
+    found = removed(plan.estimated, without.covariance[-1], with_samples.covariance[-1])
+    return Observability(found.share, found.unseen)

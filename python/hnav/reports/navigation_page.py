@@ -14,6 +14,7 @@ from hnav.io.aids import AidSamples
 from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
 from hnav.reports.navigation_panels import NAVIGATION_PANELS, View, outages
+from hnav.reports.observability_panel import observability_panel
 from hnav.reports.page import document, figures_as_text, heading_of
 from hnav.reports.recording_view import began
 
@@ -28,6 +29,7 @@ def write_navigation_report(
     """
     seen: Any = view(run, recording)
     panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]
+    panels += observability_panel(run.observability)
     name = recording.name if recording is not None else "navigation"
     about = {
         "filter": "ins", "preset": run.options.preset if run.options else "", "begins": began(float(run.t_s[0])) if len(run.t_s) else "",

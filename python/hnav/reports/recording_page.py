@@ -10,6 +10,7 @@ import numpy as np
 from hnav import __version__
 from hnav.filters.run_summary import rows, summary
 from hnav.io.outputs import write_files
+from hnav.reports.observability_panel import observability_panel
 from hnav.reports.page import PANELS, document, figures_as_text, heading_of
 from hnav.reports.recording_run import RecordingRun
 from hnav.reports.recording_view import began, rates, view
@@ -27,6 +28,7 @@ def write_recording_report(run: RecordingRun, file: Path) -> list[str]:
     seen = view(run)
     panels = {panel.name: panel for panel in (*PANELS, strength_panel)}
     shown = [panels[name] for name in SHOWN if panels[name].applies(seen)]
+    shown += observability_panel(lambda: run.result.observability(run.recording))
     text = document(f"hnav · {run.recording.name}", _header(run), _figures(run), seen, shown)
     write_files({file: text}, make_folders=True)
     return [panel.name for panel in shown]
