@@ -46,6 +46,7 @@ REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples to judge by
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
+ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
 UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
 
@@ -174,6 +175,15 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
             certain=True,
         )
         return
+    if _are_swapped(live):
+        yield warning(
+            "unit",
+            "gyro",
+            "the rates have the length of gravity, and the force has not: they look exchanged",
+            advice="give the rates as gx, gy, gz (columns gx=NAME), the force as ax, ay, az",
+            certain=True,
+        )
+        return
     if "accel" in live:
         yield from _force(recording, np.linalg.norm(live["accel"][1], axis=1))
     if "mag" in live and unit_name(recording, "mag") != "au":
@@ -194,6 +204,14 @@ def _are_counts(recording: Recording, live: Samples) -> bool:
     if strength < LEAST_COUNTS or _other_unit(recording, "accel", strength, *FORCE_M_S2):
         return False
     return all((live[sensor][1] == np.round(live[sensor][1])).all() for sensor in ("gyro", "accel"))
+
+
+def _are_swapped(live: Samples) -> bool:
+    """Whether the rates have the length of gravity, which a force that is shorter in the median has not."""
+    if not {"gyro", "accel"} <= live.keys():
+        return False
+    rate, force = (float(np.median(np.linalg.norm(live[sensor][1], axis=1))) for sensor in ("gyro", "accel"))
+    return force < FORCE_M_S2[0] < rate < FORCE_M_S2[1]
 
 
 def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
@@ -336,10 +354,11 @@ def warn_of_meaningless(
     rates, forces = (np.asarray(values, float)[: len(t_s)][kept] for values in (rate, force))
     fields = None if field is None else np.asarray(field, float)[: len(t_s)][kept]
     for finding in check(Recording("arrays", t_s[kept], rates, forces, fields)):
-        if finding.is_meaningless or (finding.code, finding.sensor) == ("unit", "mag"):
+        if finding.stops or (finding.code, finding.sensor) == ("unit", "mag"):
             # Arrays have no option of a unit.
             known = finding.argument in ("gyro_unit", "accel_unit", "mag_unit", "time_unit")
             cure = f"multiply by {si_per(finding.sensor, finding.value):.6g}" if known else finding.cure
+            cure = ARRAYS_OF_THE_SOUTH if finding.code == "sign" else cure
             warnings.warn(f"{finding.sensor}: {finding.message}; {cure}", PlausibilityWarning, stacklevel=3)
 
 
