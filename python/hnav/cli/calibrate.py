@@ -60,9 +60,9 @@ def command(
     if sensor is None:
         if report is not None:
             raise UsageError(f"--report {report}: is of --sensor FILE.json; of a magnetometer alone there is --picture")
-        doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+        warnings = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
         calibrate_field(recording, data, out, picture, allow_hard_iron_only)
-        warn(doubts)
+        warn(warnings)
         return
     if out is not None or picture is not None or allow_hard_iron_only:
         raise UsageError("--sensor: the file takes the magnetometer too: leave --out, --picture and --allow-hard-iron-only out")

@@ -91,14 +91,14 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
     table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
     made = made_by(recording, wanted)
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
-        doubts = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
+        warnings = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
         told, read = Told(), read_as(next(iter(table)))
         write_out(out, runs(table, run, told), made, recording.stem)
     else:
         data = read_navigation(recording, given, options, reading)
         data = corrected(data) if corrected is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
-        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+        warnings = warnings_of(recording, found, wanted.strict, wanted.force)
         run, told, read = NavigationRun.over(data, options), Told(), read_as(data)
         parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
         if out is not None:
@@ -110,7 +110,7 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
 
             write_navigation_report(whole(parts), report, data, lines_of(found))
     say(summary(told, run, " and ".join(str(file) for file in (out, report) if file is not None)))
-    warn([*doubts, *of_run(told, run)])
+    warn([*warnings, *of_run(told, run)])
     return read
 
 
