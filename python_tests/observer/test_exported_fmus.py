@@ -351,8 +351,13 @@ def test_the_command_exports(little_fmu, tmp_path):
     plan.write_text(TEXT)
     done = command("observe", little_fmu, "--plan", plan, "--export", fmu, "--fmi", 3, "--period", 0.05)
     assert done.returncode == 0, done.stderr
-    assert done.stdout == f"{fmu}: FMI 3, Co-Simulation and Model Exchange; Little and its licences are inside\n"
+    said, names = done.stdout.splitlines()
+    assert said == f"{fmu}: FMI 3, Co-Simulation and Model Exchange; Little and its licences are inside"
     description = fmpy.read_model_description(str(fmu))
+    known = {variable.name: variable.causality for variable in description.modelVariables}
+    for group in names.split("; "):
+        causality, *listed = group.partition(", a sample")[0].replace(",", "").split()
+        assert listed and all(known[name] == causality.removesuffix("s") for name in listed)
     assert (description.fmiVersion, description.modelName) == ("3.0", "Observer of Little")
     again = command("observe", little_fmu, "--export", fmu)
     assert again.returncode == 2 and "a plan is missing" in again.stderr

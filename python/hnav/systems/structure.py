@@ -171,7 +171,11 @@ class System:
         their names, so that no two plants draw the same noise."""
         seeded = [c for _, c in sorted(self.components.items()) if "seed" in c.variables]
         if not seeded:
-            refuse(f"seed = {seed}: no component of system {self.name} has a parameter seed", "seed")
+            refuse(
+                f"seed = {seed}: no component of system {self.name} has a parameter seed, so every run would be the same: take a system "
+                "with noise of its own (hnav systems)",
+                "seed",
+            )
         for i, component in enumerate(seeded):
             self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 
