@@ -107,6 +107,8 @@ class _Navigation:
         self._options, self._summary = options, Told()
         self._ran: NavigationRun | None = None
         self._run: InsRun | None = None
+        self._seen = {*HEALTH_SENSORS[:2], AIDING[0]}
+        """What is shown: what no source has is not missing."""
 
     def recording(self, rows: Array) -> Recording:
         made = recording_of_rows(rows)
@@ -133,7 +135,7 @@ class _Navigation:
             "frame": "ned", "heading_deg": last["heading"] if known else None,
             "sigma_deg": np.degrees(self._run.sigma_rotation_rad[-1]).tolist() if known else None,
             "ready": {name: bool(last[f"{name}_ready"]) for name in READY},
-            "health": {name: health[name].state for name in (*HEALTH_SENSORS, *AIDING)},
+            "health": {name: health[name].state for name in (*HEALTH_SENSORS, *AIDING) if name in self._seen},
             "phase": PHASES[int(last["phase"])].replace("_", " "),
             "place": [*place, *self._run.sigma_position_m[-1].tolist()] if np.isfinite(place).all() else None,
             "velocity": [last[name] for name in ("vn", "ve", "vd")] if known else None,
@@ -141,7 +143,9 @@ class _Navigation:
 
     def samples(self, recording: Recording) -> dict[str, int]:
         of_aids = {kind: len(recording.aids[kind].t_s) if kind in recording.aids else 0 for kind in AIDING}
-        return {sensor: len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS} | of_aids
+        made = {sensor: len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS} | of_aids
+        self._seen |= {sensor for sensor, n in made.items() if n}
+        return made
 
     def findings(self, found: list[Finding]) -> list[Finding]:
         return of_navigation(found)
