@@ -84,7 +84,9 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
     except HnavError as error:
         if error.status != "ill-conditioned":
             raise
-        hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
+        hint = "; a recording of rests in many attitudes is for --sensor FILE.json"
+        if not allow_hard_iron_only:
+            hint += ", and --allow-hard-iron-only answers with the offset alone where that is determined"
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
         write_sensor(out, {"mag": found.correction}, data.name)

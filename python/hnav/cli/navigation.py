@@ -30,6 +30,7 @@ from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 NAME = INS
 SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
+PAIRED = "gyroscope and accelerometer come in lines of their own, and live the INS needs both in one: record the samples, and filter the file"
 # Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
 OF_THE_FIELD = "mag"
 
