@@ -49,8 +49,22 @@ def test_numbers_without_a_header():
     places = {role: str(i) for i, role in enumerate(("ax", "ay", "az", "gx", "gy", "gz"), 2)}
     rows, _ = taken("7 1 2 3 4 5 6\n", columns={"t_s": "1", **places})
     assert rows[0, :7].tolist() == [7, 4, 5, 6, 1, 2, 3]
-    rows, lines = taken("1,2,3\n")
-    assert len(rows) == 0 and lines.counts["no sample"] == 1
+    with pytest.raises(RecordingError, match="the source: no line is a sample, the first is 1,2,3: write t_s,gx,gy"):
+        taken("1,2,3\n")
+
+
+def test_lines_of_one_sensor_each_are_rows_side_by_side_or_refused():
+    text = "".join(
+        f'{{"t": {0.01 * k}, "sensor": "{name}", "x": {v}, "y": 2, "z": 3}}\n'
+        for k in range(3)
+        for v, name in enumerate(("gyroscope", "accelerometer", "magnetometer"))
+    )
+    rows, lines = taken(text, mag_unit="T")
+    assert len(rows) == 9 and lines.counts["late"] == 0 and (np.diff(rows[:, 0]) > 0).all()
+    assert [np.flatnonzero(np.isfinite(row)).tolist() for row in rows[:3]] == [[0, 1, 2, 3], [0, 4, 5, 6], [0, 7, 8, 9]]
+    long = "time,sensor,x,y,z\n" + "".join(f"{k},gyro,1,2,3\n{k},acc,1,2,3\n" for k in range(30))
+    with pytest.raises(RecordingError, match="the source: each line is of one sensor: write t_s,gx"):
+        taken(long)
 
 
 def test_axes_rate_and_repeats():
@@ -73,8 +87,8 @@ def test_garbage_is_counted_and_not_shown_as_it_is():
     )
     assert len(rows) == 1 and lines.counts["no sample"] == 7 == lines.counts["lines"] - 2
     assert not any("\x1b" in note for note in lines.notes)
-    _, lines = taken(b"x" * 70_000)
-    assert lines.counts["no sample"] == 1
+    with pytest.raises(RecordingError, match="no line is a sample, the first is a line without end"):
+        taken(b"x" * 70_000)
 
 
 def rows_of(stamps: list[float]) -> tuple[np.ndarray, LiveLines]:

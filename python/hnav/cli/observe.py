@@ -139,7 +139,9 @@ def write_fmu(observer: Observer, path: Path, version: int, period_s: float, cov
     say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
     plan, first = observer.plan, observer.names[0]
     fed = ", ".join(f"{name}.value" for name in [*plan.sensors, *plan.inputs][:SHOWN])
-    say(f"inputs {fed}, a sample each {period_s:g} s; parameters start.{first}, start_sigma.{first}; outputs est.{first}, sigma.{first}")
+    say(
+        f"inputs {fed}, a sample each {period_s:g} s; parameters start.{first}, start_sigma.{first}; outputs est.{first}, sigma.{first}"
+    )
     if lost:
         say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")
 

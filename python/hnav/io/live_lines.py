@@ -25,10 +25,11 @@ from hnav.io.readers.cells import BLANKS, DELIMITERS, is_number
 from hnav.io.readers.clock import unit_by_size
 from hnav.io.readers.columns import Column, columns_of
 from hnav.io.readers.layout import Layout
+from hnav.io.readers.long_tables import is_sensor, plan_of_long
 from hnav.io.readers.nmea import LIVE_COLUMNS, Sentences
 from hnav.io.readers.streams import WITHIN_S, Wishes, turned
 from hnav.io.readers.tables import Table, missing_column, stream_of
-from hnav.io.readers.trees import flattened
+from hnav.io.readers.trees import AXES, KINDS, flattened
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
 from hnav.native.arrays import Array
 from hnav.units import si_per
@@ -70,6 +71,10 @@ BESIDE_S = 1e-6
 """A row with the stamp of the one before and other sensors is put so much later."""
 SHOWN = "the source"
 SHOWN_CHARACTERS = 60
+HOW_TO_WRITE = (
+    "write t_s,gx,gy,gz,ax,ay,az in a line (empty cells where there is no sample), or JSON such as "
+    '{"t": 0.01, "sensor": "gyro", "x": 0.1, "y": 0, "z": 0}; hnav filter reads recorded files of other shapes'
+)
 SHOWN_SETS = 5
 """So often it is said that the clock was set; then it is only counted."""
 
@@ -129,8 +134,8 @@ class LiveClock:
             set_s = ahead_s
             t_s = self._last_s + max(waited_s, BESIDE_S)
             self._offset_s = t_s - stamp_s
-        elif ahead_s == 0 and beside:
-            t_s += BESIDE_S
+        elif -len(ARRAYS) * BESIDE_S < ahead_s <= 0 and beside:
+            t_s = self._last_s + BESIDE_S
         elif ahead_s <= 0:
             return math.nan, 0.0
         self._last_s, self._arrived_s = t_s, arrived_s
@@ -164,10 +169,13 @@ class LiveLines:
         self._held: tuple[list[float], float] | None = None
         self._newest: dict[tuple[str, ...], list[float]] = {}
         self._timed = 0
+        self._left: list[bytes] = []
 
     def take(self, chunks: Sequence[Chunk], ending: bool = False) -> Array:
         """The rows of these bytes. ending: nothing more comes."""
         lines = [line for chunk in chunks for line in self._lines(chunk)]
+        if not lines and not self._probe:
+            self._refuse_other_lines(ending)
         if self._probe is not None:
             self._probe += lines
             if not self._probed(ending):
@@ -210,7 +218,7 @@ class LiveLines:
         try:
             text = line.decode().strip()
             if text.startswith("{"):
-                values = dict(flattened(json.loads(text)))
+                values = _by_sensor(dict(flattened(json.loads(text))))
                 return tuple(values), tuple(values.values())
             if self._sentences and (cells := self._sentences.cells(text)) is not None:
                 self.counts["other sentences"] += not cells
@@ -253,8 +261,20 @@ class LiveLines:
             self.notes.append(f"no header: taken for {','.join(named)} in SI units")
         return tuple(named)
 
+    def _refuse_other_lines(self, ending: bool) -> None:
+        """Raises RecordingError where many lines have come, or all, and none was a sample."""
+        if self.counts["rows"] or not self._left or not (ending or self.counts["no sample"] >= PROBE_LINES):
+            return
+        if plan_of_long(b"\n".join(self._left).decode("utf-8", "replace")):
+            raise RecordingError(f"{SHOWN}: each line is of one sensor: {HOW_TO_WRITE}")
+        if ending:
+            shown = repr(self._left[0][:SHOWN_CHARACTERS])[2:-1]
+            raise RecordingError(f"{SHOWN}: no line is a sample, the first is {shown}: {HOW_TO_WRITE}")
+
     def _leave_out(self, line: bytes) -> None:
         self.counts["no sample"] += 1
+        if len(self._left) < PROBE_LINES and not self.counts["rows"]:
+            self._left.append(line)
         if self.counts["no sample"] == 1:
             shown = repr(line[:SHOWN_CHARACTERS])[2:-1]  # nothing in it reaches a terminal as it is
             self.notes.append(f"a line is no sample, the first of those that are counted: {shown}")
@@ -425,6 +445,12 @@ class LiveLines:
 def _scaled(column: Column, values: Array) -> tuple[int, float]:
     """Of what aids navigation: place, and the factor to its unit."""
     return column.place, column.factor * (pressure_factor(column, values) if column.role == "pressure_pa" else 1.0)
+
+
+def _by_sensor(values: dict[str, Any]) -> dict[str, Any]:
+    """An object of one sensor, which a text in it names, with axes that are called after it."""
+    sensor = next((str(values[kind]) for kind in KINDS if kind in values and is_sensor(str(values[kind]))), "")
+    return {f"{sensor}_{name}" if sensor and name.lower() in AXES else name: value for name, value in values.items()}
 
 
 def _number(cells: Sequence[Any], place: int) -> float:
