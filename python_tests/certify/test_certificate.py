@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from command_line import hnav
 from hnav import Options
-from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
+from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, random_directions
 from hnav.certify.certificate import (
     certify,
     free_rates,
@@ -29,6 +29,7 @@ from hnav.errors import HnavError
 from hnav.filters.attitude import Filter
 from hnav.io.recordings import RecordingError
 from hnav.reference.hrekf import ReferenceFilter, product
+from hnav.rotations import quaternion_exp
 from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
 
 
@@ -302,7 +303,7 @@ def test_starts_lie_on_the_boundary():
     rng = np.random.default_rng(3)
     A = rng.normal(size=(6, 6))
     P = A @ A.T + 6 * np.eye(6)
-    q, b = boundary(P, 0.3, 50, rng)
+    q, b = boundary(P, 0.3, random_directions(50, rng))
     e = np.hstack([-q[:, 1:], b])
     np.testing.assert_allclose(np.einsum("ki,ij,kj->k", e, P, e), 0.3, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(q, axis=1), 1, atol=1e-14)
@@ -378,11 +379,14 @@ def test_remainders_are_paid_for_by_decay(record):
 def test_the_progress_of_each_stage_grows_and_ends_full(record):
     solver()
     told: dict[str, list[tuple[int, int]]] = {}
-    certify(
+    expected: list[float] = []
+    found = certify(
         GainRecord(record.name, record.corrections[192:], 0.0),
         lambda what, done, of: told.setdefault(what, []).append((done, of)),
         starts=2,
+        announce=lambda seconds: expected.append(seconds if not told else -1.0),
     )
+    assert expected[0] > 0.05 and expected[0] < 5 * found.seconds < 25 * expected[0]
     assert list(told) == ["decay rate", "region", "longest interval", "starts"]
     for steps in told.values():
         assert [done for done, _ in steps] == sorted(done for done, _ in steps)
