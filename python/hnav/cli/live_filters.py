@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hnav.cli.navigation import PAIRED, Told, of_navigation, of_run
+from hnav.cli.navigation import PAIRED, Outcome, of_navigation, of_run
 from hnav.cli.words import UsageError
 from hnav.filters import ins_files
 from hnav.filters.attitude_answers import Run
@@ -104,7 +104,7 @@ class _Attitude:
 
 class _Navigation:
     def __init__(self, options: Options):
-        self._options, self._summary = options, Told()
+        self._options, self._summary = options, Outcome()
         self._ran: NavigationRun | None = None
         self._run: InsRun | None = None
         self._seen = {*HEALTH_SENSORS[:2], AIDING[0]}
