@@ -157,6 +157,24 @@ def test_a_run_that_began_anew_is_certified_in_parts(turntable):
     assert not found.from_time(2.8).restarts
 
 
+def test_a_gap_that_spoils_a_certificate_is_named_with_its_remedy(turntable):
+    solver()
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    lossy = record_gains(without_rows(turntable.recording, range(60, 150)), options)
+    found = certify(replace(lossy, corrections=lossy.corrections[40:80]), starts=0)
+    assert not found.certified
+    assert "the interval of 0.91 s before 1.5 s is 91 times the usual one: certify the parts before and after it" in found.reason
+
+
+def test_the_first_row_far_ahead_is_left_out_as_by_the_filter():
+    """A single stamp more than ten limits ahead may be wrong; the next one agrees with it."""
+    experiment = Turntable().run(15.0, seed=5)
+    options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
+    found = record_gains(without_rows(experiment.recording, range(150, 1200)), options)
+    assert found.restarts == (pytest.approx(12.01),) and found.largest_difference < 1e-11
+    assert all(abs(c.t_s - 12.0) > 1e-9 for c in found.corrections)
+
+
 def test_jitter_of_the_stamps_is_part_of_the_record(turntable):
     data = turntable.recording
     t_s = data.t_s + 0.004 * np.random.default_rng(2).random(len(data.t_s))

@@ -24,6 +24,7 @@ from hnav.errors import HnavRuntimeError
 
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S, BETWEEN = 10.0, 4  # no longer interval is tried; intervals that are checked between two with one P
+LONG_INTERVALS = 10.0  # times the usual one: a gap, which a reason names
 LARGEST_RADIUS, LEAST_RADIUS = 1.0, 1e-4  # of c: 120 and 0.01 deg
 Progress = Callable[[str, int, int], None]  # what, done, of
 
@@ -211,9 +212,21 @@ def certify(
         announce(expected_seconds(inequality))
     found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)
     found.certified = not found.reason
+    found.reason += gap_remedy(found, T) if found.reason else ""
     found.vertices, found.solves = max(inequality.programs, default=0), len(inequality.programs)
     found.seconds = time.perf_counter() - begin
     return found
+
+
+def gap_remedy(found: Certificate, T: np.ndarray) -> str:
+    """What helps where one interval is far longer than the others; empty where none is."""
+    worst = int(np.argmax(T))
+    if T[worst] < LONG_INTERVALS * found.interval_s:
+        return ""
+    return (
+        f"; the interval of {T[worst]:.3g} s before {found.t_s[worst]:g} s is {T[worst] / found.interval_s:.0f} times the usual one: certify the "
+        "parts before and after it (--duration, --from)"
+    )
 
 
 def expected_seconds(inequality: SampledDataInequality) -> float:
