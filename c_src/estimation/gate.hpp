@@ -1,7 +1,7 @@
 // What a measurement weighs that lies beyond its gate, by over = NIS / limit > 1. A product names its law:
 //
 //   noise        R <- over R                                observer
-//   innovation   S <- over S                                HREKF, headings of the AHRS: the NIS becomes the limit (Huber)
+//   innovation   S <- over S                                HREKF, headings of the AHRS: the NIS becomes the limit (Chang 2014)
 //   redescending H P H' <- over H P H', R <- over^2 R       INS: the influence falls with the distance. Positions 100 m off for 10 s
 //                move a simulated car by 1.6 m with it and by 8.8 m with `noise`; for 60 s, accepted, by 1.8 and 47 m
 //   rejected     nothing is learnt                          the field of the AHRS, for a limited time

@@ -30,7 +30,7 @@ from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study, titled_table
 from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
 from studies.processes import in_order
-from studies.robust import SETTLED_S, TOLD, Run
+from studies.robust import ASSUMED, SETTLED_S, Run
 
 RATES_1_S = (0.03, 0.1, 0.3, 0.75, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0)
 MODES = ("relative", "kl")
@@ -58,7 +58,7 @@ def options_of(mode: str, rate_1_s: float, start: Rotation, claim_rad: float) ->
         "start_sigma_tilt_rad": TILT_RAD,
         "start_sigma_heading_rad": claim_rad,
     }
-    return Options("hrekf", **TOLD | law | begin)
+    return Options("hrekf", **ASSUMED | law | begin)
 
 
 def attitude_error_deg(q_nb: np.ndarray, truth: Rotation) -> np.ndarray:

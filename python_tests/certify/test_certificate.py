@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from command_line import hnav
 from hnav import Options
-from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, quaternion_exp
+from hnav.certify.boundary_starts import boundary, difference_of_measurements, flow, random_directions
 from hnav.certify.certificate import (
     certify,
     free_rates,
@@ -29,6 +29,7 @@ from hnav.errors import HnavError
 from hnav.filters.attitude import Filter
 from hnav.io.recordings import RecordingError
 from hnav.reference.hrekf import ReferenceFilter, product
+from hnav.rotations import quaternion_exp
 from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
 
 
@@ -154,6 +155,24 @@ def test_a_run_that_began_anew_is_certified_in_parts(turntable):
     with pytest.raises(HnavError, match="at 2.7 s the filter found its attitude again .* certify the parts"):
         certify(found)
     assert not found.from_time(2.8).restarts
+
+
+def test_a_gap_that_spoils_a_certificate_is_named_with_its_remedy(turntable):
+    solver()
+    options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
+    lossy = record_gains(without_rows(turntable.recording, range(60, 150)), options)
+    found = certify(replace(lossy, corrections=lossy.corrections[40:80]), starts=0)
+    assert not found.certified
+    assert "the interval of 0.91 s before 1.5 s is 91 times the usual one: certify the parts before and after it" in found.reason
+
+
+def test_the_first_row_far_ahead_is_left_out_as_by_the_filter():
+    """A single stamp more than ten limits ahead may be wrong; the next one agrees with it."""
+    experiment = Turntable().run(15.0, seed=5)
+    options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
+    found = record_gains(without_rows(experiment.recording, range(150, 1200)), options)
+    assert found.restarts == (pytest.approx(12.01),) and found.largest_difference < 1e-11
+    assert all(abs(c.t_s - 12.0) > 1e-9 for c in found.corrections)
 
 
 def test_jitter_of_the_stamps_is_part_of_the_record(turntable):
@@ -302,7 +321,7 @@ def test_starts_lie_on_the_boundary():
     rng = np.random.default_rng(3)
     A = rng.normal(size=(6, 6))
     P = A @ A.T + 6 * np.eye(6)
-    q, b = boundary(P, 0.3, 50, rng)
+    q, b = boundary(P, 0.3, random_directions(50, rng))
     e = np.hstack([-q[:, 1:], b])
     np.testing.assert_allclose(np.einsum("ki,ij,kj->k", e, P, e), 0.3, rtol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(q, axis=1), 1, atol=1e-14)
@@ -328,7 +347,7 @@ def test_a_linear_law_is_certified_with_its_decay(rate):
 
 
 def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
-    """Its H sees the bias, what no sensor does: the inequality believes it, the equations do not."""
+    """Its H sees the bias, what no sensor does: the inequality depends on it, the equations do not."""
     solver()
     found = certify(invariant_record(0.5), starts=20)
     assert not found.certified
@@ -378,11 +397,14 @@ def test_remainders_are_paid_for_by_decay(record):
 def test_the_progress_of_each_stage_grows_and_ends_full(record):
     solver()
     told: dict[str, list[tuple[int, int]]] = {}
-    certify(
+    expected: list[float] = []
+    found = certify(
         GainRecord(record.name, record.corrections[192:], 0.0),
         lambda what, done, of: told.setdefault(what, []).append((done, of)),
         starts=2,
+        announce=lambda seconds: expected.append(seconds if not told else -1.0),
     )
+    assert expected[0] > 0.05 and expected[0] < 5 * found.seconds < 25 * expected[0]
     assert list(told) == ["decay rate", "region", "longest interval", "starts"]
     for steps in told.values():
         assert [done for done, _ in steps] == sorted(done for done, _ in steps)

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 import recorded
+from browser import Tab
 from command_line import hnav
 from hnav.cli.filter import expanded
 from hnav.cli.many import UNFINISHED, table_names
@@ -65,6 +66,16 @@ def test_many_recordings_give_the_tables_of_each_alone(logs, alone, tmp_path):
     assert not (out / UNFINISHED).exists()
     forced = hnav("filter", *sorted(logs.glob("walk*.csv")), "--force", "--out", tmp_path / "forced")
     assert forced.returncode == 0 and "4 of 4 recordings" in forced.stdout
+
+
+def test_the_index_page_can_be_read_on_a_telephone(logs, tmp_path):
+    hnav("filter", f"{logs}/*.csv", "--out", tmp_path / "out")
+    tab = Tab((tmp_path / "out" / "index.html").as_uri(), tmp_path, width=390)
+    try:
+        assert tab.value("document.querySelector('.scroll').scrollWidth <= document.querySelector('.scroll').clientWidth") is True
+        assert "no header" in str(tab.value("document.body.innerText"))
+    finally:
+        tab.close()
 
 
 def test_a_command_that_was_killed_twice_goes_on_to_the_same_tables(logs, alone, tmp_path):

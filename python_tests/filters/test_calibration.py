@@ -160,7 +160,7 @@ def test_yaw_alone_is_refused_and_hard_iron_only_says_so(tmp_path):
     recording = write_csv(tmp_path / "yaw.csv", *turned_about(axes="yaw")[:2])
     done = hnav("calibrate", recording, "--mag-unit", "uT")
     assert done.returncode == 2
-    assert "one axis only" in done.stderr and "--allow-hard-iron-only" in done.stderr
+    assert "one axis only" in done.stderr and "--allow-hard-iron-only" in done.stderr and "for --sensor FILE.json" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     done = hnav("calibrate", recording, "--mag-unit", "uT", "--allow-hard-iron-only")
     assert done.returncode == 0, done.stderr

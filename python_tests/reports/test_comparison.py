@@ -18,6 +18,7 @@ from command_line import hnav
 from hnav import HnavError
 from hnav.io.trajectories import read_trajectory
 from hnav.reports.comparison import compare
+from motion import tilted_motion
 
 DEG = np.pi / 180
 
@@ -103,6 +104,12 @@ def test_clocks_off_by_3_s_and_frames_turned_by_40_deg_are_found(tmp_path, seed)
     assert 20 < alone["attitude"] < 90
     with pytest.raises(HnavError, match="choose from clock, world, body, place, scale"):
         compare(reference, reference, align=("time",))
+
+
+def test_a_recording_without_a_reference_is_named_as_one(tmp_path):
+    files = [tum(tmp_path / "true.txt", *motion(1, 3)), recorded.house(tmp_path, tilted_motion(2).recording)]
+    done = hnav("compare", *files)
+    assert done.returncode == 2 and "house.csv: no attitude" in done.stderr and "hnav filter makes a table of it" in done.stderr
 
 
 def test_the_same_trajectory_is_the_same_in_every_format(tmp_path):

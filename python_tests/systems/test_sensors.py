@@ -182,6 +182,24 @@ def test_a_grade_sets_the_options_of_a_filter():
         Options("ins", sensor="consumer")
 
 
+def test_the_ins_takes_noise_and_what_is_known_of_the_start(tmp_path):
+    file, deg_s, noise = tmp_path / "sensor.json", {"value": 1, "unit": "deg/s"}, {"value": 9, "unit": "mdeg/s/sqrt(Hz)"}
+    write_sensor(
+        file, {"gyro": {"noise": noise, "bias_instability": deg_s}, "accel": {"noise": {"value": 200, "unit": "ug/sqrt(Hz)"}}}
+    )
+    # How much a bias wanders is no bound of the bias itself.
+    assert read_grade(file).options("ins") == pytest.approx(
+        {"gyro_noise_rad_per_sqrt_s": math.radians(9e-3), "accel_noise_m_s_per_sqrt_s": 200e-6 * 9.80665}
+    )
+    assert "start_sigma_bias_rad_s" not in read_grade(file).options("ahrs")
+    write_sensor(file, {"gyro": {"turn_on_bias": deg_s, "range": deg_s}})
+    options = Options("ins", "industrial", sensor=file)
+    assert options.start_sigma_gyro_bias_rad_s == pytest.approx(
+        math.radians(math.sqrt(2))
+    ) and options.gyro_range_rad_s == pytest.approx(math.radians(1))
+    assert options.gyro_bias_walk_rad_s_per_sqrt_s == Options("ins", "industrial").gyro_bias_walk_rad_s_per_sqrt_s
+
+
 def test_a_file_of_one_figure_leaves_the_other_options(tmp_path):
     file = tmp_path / "sensor.json"
     file.write_text(json.dumps({"version": 1, "name": "robot", "accel": {"turn_on_bias": {"value": 0.3, "unit": "m/s2"}}}))

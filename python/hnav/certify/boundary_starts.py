@@ -32,12 +32,21 @@ def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.hstack([a[:, :1] * b[:, :1] - np.sum(v * u, axis=1, keepdims=True), a[:, :1] * u + b[:, :1] * v + np.cross(v, u)])
 
 
-def boundary(P: np.ndarray, level: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """(q, b): unit quaternions (count x 4) and bias errors (count x 3) with e'Pe = level, e = (-vec q, b).
+Starts = tuple[np.ndarray, np.ndarray]  # unit quaternions (count x 4) and bias errors (count x 3)
 
-    Directions are random on the ellipsoid; the length along each is found by bisection, because q stays on the sphere.
+
+def random_directions(count: int, rng: np.random.Generator) -> np.ndarray:
+    """count x 6, uniform on the ellipsoid of any P."""
+    return rng.normal(size=(6, count)).T
+
+
+def boundary(P: np.ndarray, level: float, directions: np.ndarray) -> Starts:
+    """(q, b) with e'Pe = level, e = (-vec q, b), along each direction (count x 6, in units of P^-1/2).
+
+    The length is found by bisection, because q stays on the sphere.
     """
-    direction = np.linalg.solve(np.linalg.cholesky(P).T, rng.normal(size=(6, count))).T
+    count = len(directions)
+    direction = np.linalg.solve(np.linalg.cholesky(P).T, directions.T).T
     direction *= np.sqrt(level / np.einsum("ki,ij,kj->k", direction, P, direction))[:, None]
     low, high = np.zeros(count), np.minimum(2, 0.5 * np.pi / np.linalg.norm(direction[:, :3], axis=1))
 
@@ -87,15 +96,15 @@ def fall_from_boundary(
     after: np.ndarray,
     level: float,
     sigma: float,
-    starts: int,
-    seed: int,
+    directions: np.ndarray,
     progress: Callable[[int, int], None] | None = None,
 ) -> BoundaryStarts:
     """Simulates over the whole record, in navigation axes: there the recorded attitude is (1, 0, 0, 0) at all times.
 
-    P: places x 6 x 6, the first at the beginning; after: which of them holds after each correction.
+    directions: of the starts, as of boundary. P: places x 6 x 6, the first at the beginning; after: which of them holds after each correction.
     """
-    q, e_b = boundary(P[0], level, starts, np.random.default_rng(seed))
+    q, e_b = boundary(P[0], level, directions)
+    starts = len(directions)
     identity = np.array([1.0, 0, 0, 0])
     V = np.empty((starts, len(record.corrections) + 1))
     V[:, 0] = 1.0

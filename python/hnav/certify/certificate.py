@@ -17,13 +17,14 @@ from typing import Any, TypeVar
 import numpy as np
 from scipy.optimize import brentq
 
-from hnav.certify.boundary_starts import BoundaryStarts, fall_from_boundary
+from hnav.certify.boundary_starts import BoundaryStarts, fall_from_boundary, random_directions
 from hnav.certify.gain_record import GainRecord
-from hnav.certify.sampled_data import ATTITUDE, BIAS, SampledDataInequality, Solution, flow_matrix
+from hnav.certify.sampled_data import ATTITUDE, BIAS, LEAST_MARGIN, SampledDataInequality, Solution, flow_matrix
 from hnav.errors import HnavRuntimeError
 
 SHARE_OF_RATE = 0.25  # of the linear rate that is kept when the region is sought: the rest pays for the remainders
 LONGEST_HOLD_S, BETWEEN = 10.0, 4  # no longer interval is tried; intervals that are checked between two with one P
+LONG_INTERVALS = 10.0  # times the usual one: a gap, which a reason names
 LARGEST_RADIUS, LEAST_RADIUS = 1.0, 1e-4  # of c: 120 and 0.01 deg
 Progress = Callable[[str, int, int], None]  # what, done, of
 
@@ -168,13 +169,21 @@ def largest_from(holds: Holds[Answer], low: float, high: float, growth: float, p
 
 # --------------------------------------------------------------------------------------------- the certificate
 
+# One program with remainders, at so small a radius, takes about this share of the search; more places in windows need more of them.
+TRIED_RADIUS, PROGRAMS, PROGRAMS_EACH_PLACE = 1e-2, 20.0, 10.0
 PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
 
 
-def certify(record: GainRecord, progress: Progress | None = None, starts: int = 100, seed: int = 1) -> Certificate:
+def certify(
+    record: GainRecord,
+    progress: Progress | None = None,
+    starts: int = 100,
+    seed: int = 1,
+    announce: Callable[[float], None] | None = None,
+) -> Certificate:
     """Decay, region, noise floor, dwell and verdict of a record; starts: simulated errors on the boundary of the region.
 
-    Raises HnavError when the solver Clarabel is not installed, and for records of fewer than two corrections.
+    announce: gets the time that the search is expected to take, s, before it begins. Raises HnavError when the solver Clarabel is not installed, and for records of fewer than two corrections.
     """
     try:
         import clarabel  # noqa: F401
@@ -199,11 +208,32 @@ def certify(record: GainRecord, progress: Progress | None = None, starts: int = 
     found.gamma_squared = max(c.gamma for c in record.corrections) ** 2
     found.printed = printed_theorem(record)
     inequality = SampledDataInequality(record, bias_scale(record))
+    if announce:
+        announce(expected_seconds(inequality))
     found.reason = _search(found, inequality, progress or (lambda *_: None), starts, seed)
     found.certified = not found.reason
+    found.reason += gap_remedy(found, T) if found.reason else ""
     found.vertices, found.solves = max(inequality.programs, default=0), len(inequality.programs)
     found.seconds = time.perf_counter() - begin
     return found
+
+
+def gap_remedy(found: Certificate, T: np.ndarray) -> str:
+    """What helps where one interval is far longer than the others; empty where none is."""
+    worst = int(np.argmax(T))
+    if T[worst] < LONG_INTERVALS * found.interval_s:
+        return ""
+    return (
+        f"; the interval of {T[worst]:.3g} s before {found.t_s[worst]:g} s is {T[worst] / found.interval_s:.0f} times the usual one: certify the "
+        "parts before and after it (--duration, --from)"
+    )
+
+
+def expected_seconds(inequality: SampledDataInequality) -> float:
+    """How long the search will take, by the time of one program of its kind: within a factor of two or so."""
+    begin = time.perf_counter()
+    inequality.solve_at_vertices(0.0, TRIED_RADIUS, LEAST_MARGIN)
+    return (time.perf_counter() - begin) * (PROGRAMS + PROGRAMS_EACH_PLACE * inequality.windows.places)
 
 
 def bias_scale(record: GainRecord) -> float:
@@ -263,8 +293,9 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
     stages.complete("longest interval")
     if starts:
         found.starts = fall_from_boundary(
-            record, found.P, inequality.after, found.level, sigma, starts, seed, lambda done, of: progress("starts", done, of)
-        )
+            record, found.P, inequality.after, found.level, sigma, random_directions(starts, np.random.default_rng(seed)),
+            lambda done, of: progress("starts", done, of),
+        )  # fmt: skip
         if found.starts.worst_ratio > 1 + 1e-9:
             return f"a simulated start on the boundary exceeds the bound by {found.starts.worst_ratio - 1:.1e}"
     if not found.noise_share < 1:

@@ -29,6 +29,7 @@ from hnav.rotations import quaternion_exp
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
 VECTOR_PART = np.eye(4)[:, 1:]  # (0, v) = VECTOR_PART v
+FAR_LIMITS = 10.0  # time_jump_limit_s: the filter leaves out the first row that lies so far ahead
 NODES, WEIGHTS = (0.5 * a for a in np.polynomial.legendre.leggauss(24))  # of an interval: from -1/2 to 1/2
 
 
@@ -234,7 +235,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
     in_c, reference = Filter(options), WatchedReference(options)
     corrections: list[Correction] = []
     restarts: list[float] = []
-    largest = 0.0
+    largest, last_row_s = 0.0, np.inf
     n = len(recording.t_s)
     field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
     for i, t_s in enumerate(recording.t_s.tolist()):
@@ -243,6 +244,9 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
             if np.isfinite(value).all():
                 push(t_s, value)
         in_c.advance(t_s)
+        far_ahead, last_row_s = 0 < FAR_LIMITS * options.time_jump_limit_s < t_s - last_row_s, t_s
+        if far_ahead:
+            continue
         last_s, was_started, reference.gain = reference.last_correction, reference.started, None
         reference.event(t_s, rate, force, magnetic)
         if was_started and not reference.started:

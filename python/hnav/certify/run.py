@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -68,12 +68,13 @@ def certify_run(
     mag_unit: str | None = None,
     thinning: Thinning = Thinning(),
     progress: Progress = lambda what, done, of: None,
+    announce: Callable[[float], None] | None = None,
 ) -> Certificate:
     """recording: file or folder; else experiment by name. The flow is solved in closed form unless settings say otherwise.
 
     Of a folder the filter is that of the simulation's component hrekf; a preset given replaces its settings. begin_s: leave
     out the corrections before; gain_factor: of the gains that are certified; thinning: of the samples that the filter
-    gets. Raises HnavError and RecordingError.
+    gets; announce: as of certify. Raises HnavError and RecordingError.
     """
     settings = dict(settings or {})
     known: Experiment | None = None
@@ -92,7 +93,7 @@ def certify_run(
     record = whole.from_time(data.t_s[0] + begin_s)
     if len(record.corrections) < 2:
         raise HnavRuntimeError("no data", f"begin_s = {begin_s:g}: {data.name} has no corrections after it; give less", "begin_s")
-    found = certify(record.with_gain(gain_factor) if gain_factor != 1 else record, progress, seed=seed)
+    found = certify(record.with_gain(gain_factor) if gain_factor != 1 else record, progress, seed=seed, announce=announce)
     if known is not None and gain_factor == 1:
         found.attenuation = attenuation_of(whole, known, options)
     return found

@@ -55,7 +55,7 @@ FORCE, FIELD = slice(0, 3), slice(3, 6)  # rows of H
 R, S, ALONG = slice(6, 12), slice(12, 15), slice(15, 18)  # of z, after e: r, s, n
 Z = 18
 MULTIPLIERS = 9  # tau: of D (11, 22, 12), of the equalities (11, 22, 12), of s and n; last kappa
-FIRST_VERTICES, NEW_VERTICES, PASSES = 10, 8, 12
+FIRST_VERTICES, NEW_VERTICES, PASSES = 10, 4, 16
 ACTIVE = 2.0  # times the margin: a constraint whose smallest eigenvalue is below
 # The cost is needed roughly, the constraints well. For blocks of this size faer takes half the time of the default, and more threads
 # gain nothing. A question that can be answered takes 15 to 40 iterations, one at the limit of the rate up to 100.
@@ -148,6 +148,13 @@ def with_signs(tau: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(tau[[0, 2, 2, 1]].reshape(2, 2))
     D = (vectors * (np.maximum(values, 0) + 1e-15)) @ vectors.T
     return np.concatenate([[D[0, 0], D[1, 1], D[0, 1]], tau[3:6], np.maximum(tau[6:], 0)])
+
+
+def _deepest(least: np.ndarray, most: int) -> np.ndarray:
+    """Where the smallest eigenvalues have local minima below 0, the smallest first: neighbours constrain alike."""
+    around = np.r_[np.inf, least, np.inf]
+    at = np.flatnonzero((least < 0) & (least <= around[:-2]) & (least < around[2:]))
+    return at[np.argsort(least[at])][:most]
 
 
 # F (n x n x unknowns it depends on), which unknowns these are, and the margin.
@@ -321,7 +328,7 @@ class SampledDataInequality:
             return None
         margin = max(LEAST_MARGIN, 1e-3 * (1 - np.exp(-2 * sigma * self.T.min())))
         for _ in range(PASSES):
-            found = self._solve_at_vertices(sigma, rho, margin)
+            found = self.solve_at_vertices(sigma, rho, margin)
             if found is None:
                 return None
             P, tau = found
@@ -334,14 +341,14 @@ class SampledDataInequality:
                 active = sum(least[k] < ACTIVE * margin for k in nearest)
                 self.vertices = sorted({*nearest[: max(active, FIRST_VERTICES)], *self._first_of_each_step(least)})
                 return P, tau, float(least.min())
-            worst = {*failing[np.argsort(least[failing])][:NEW_VERTICES].tolist()}
+            worst = {*_deepest(least, NEW_VERTICES).tolist()}
             worst |= {k for k in self._first_of_each_step(least) if least[k] < 0}
             if worst <= set(self.vertices):
                 return None  # the solver's answer is not good enough at its own constraints
             self.vertices = sorted({*self.vertices, *worst})
         return None
 
-    def _solve_at_vertices(self, sigma: float, rho: float, margin: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def solve_at_vertices(self, sigma: float, rho: float, margin: float) -> tuple[np.ndarray, np.ndarray] | None:
         """The smallest sum of traces of P >= I over the vertices; None when the solver finds none."""
         k = np.array(self.vertices)
         self.programs.append(len(k))

@@ -60,9 +60,9 @@ def command(
     if sensor is None:
         if report is not None:
             raise UsageError(f"--report {report}: is of --sensor FILE.json; of a magnetometer alone there is --picture")
-        doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+        warnings = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
         calibrate_field(recording, data, out, picture, allow_hard_iron_only)
-        warn(doubts)
+        warn(warnings)
         return
     if out is not None or picture is not None or allow_hard_iron_only:
         raise UsageError("--sensor: the file takes the magnetometer too: leave --out, --picture and --allow-hard-iron-only out")
@@ -84,7 +84,9 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
     except HnavError as error:
         if error.status != "ill-conditioned":
             raise
-        hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
+        hint = "; a recording of rests in many attitudes is for --sensor FILE.json"
+        if not allow_hard_iron_only:
+            hint += ", and --allow-hard-iron-only answers with the offset alone where that is determined"
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
         write_sensor(out, {"mag": found.correction}, data.name)

@@ -71,7 +71,7 @@ def command(
         found = certify_run(
             recording, experiment, preset=preset, settings=parse_settings(settings), begin_s=begin, duration_s=duration,
             seed=seed, gain_factor=gain_factor, mag_unit=mag_unit, thinning=Thinning(force_every, field_every, lost),
-            progress=shown_in(progress),
+            progress=shown_in(progress), announce=lambda seconds: say(f"the search takes about {seconds:.2g} s on this machine"),
         )  # fmt: skip
     if out is not None:
         write_certificate(out, found)

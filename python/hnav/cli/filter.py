@@ -150,7 +150,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
     whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
     table = None if whole else reading.long_table(recording, corrected)
     if table is not None and out is not None:
-        doubts = warnings_of(recording, table.findings, wanted.strict, wanted.force)
+        warnings = warnings_of(recording, table.findings, wanted.strict, wanted.force)
         first = next(iter(table))
         chosen, note = with_frame(wanted.frame, wanted.settings, first)
         outcome, read = filter_pieces(table, out, Options(filter, preset, **chosen), made), read_as(first)
@@ -158,7 +158,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         data = reading.read(recording)
         data = data if corrected is None else corrected(data)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+        warnings = warnings_of(recording, found, wanted.strict, wanted.force)
         chosen, note = with_frame(wanted.frame, wanted.settings, data)
         result = filtered(data, filter, engine, chosen, preset, step, smooth)
         if out is not None:
@@ -168,7 +168,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
         read = read_as(data)
     tell(outcome, engine, out, report, note)
-    warn(doubts)
+    warn(warnings)
     return read
 
 
@@ -254,13 +254,13 @@ def filtered(
         return run_recording(data, filter, engine, settings, preset, step, show, smooth)
 
 
-def write_page(file: Path, result: Result, data: Recording, doubts: list[str]) -> list[str]:
+def write_page(file: Path, result: Result, data: Recording, warnings: list[str]) -> list[str]:
     """Returns the names of its panels."""
     # Plotly takes a while to load.
     from hnav.reports.recording_page import write_recording_report
     from hnav.reports.recording_run import recording_run
 
-    return write_recording_report(recording_run(result, data, doubts), file)
+    return write_recording_report(recording_run(result, data, warnings), file)
 
 
 def summary(outcome: Outcome, engine: str, written: str) -> str:

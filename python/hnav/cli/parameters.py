@@ -34,7 +34,7 @@ Sensor = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Sensor file: figures by the datasheet, and calibrations, which correct the recording; of the INS the calibrations alone",
+        help="Sensor file: figures by the datasheet, of the INS beside those of its preset, and calibrations, which correct the recording",
     ),
 ]
 Gnss = Annotated[

@@ -56,16 +56,18 @@ def preset_and_settings(
     filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
 ) -> tuple[str, dict[str, str]]:
     """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
+    of_place = settings_of_place(filter, place_and_date)
+    if filter == INS:
+        return grade or preset, _of_sensor(filter, sensor) | of_place
     if grade is not None and sensor is not None:
         raise UsageError("--grade and --sensor: give one of them")
-    if filter == INS:
-        if sensor is not None and not read_grade(sensor).corrections:
-            raise UsageError(f"--sensor {sensor}: has no calibration, and the INS takes its other figures from --grade")
-        return grade or preset, settings_of_place(filter, place_and_date)
     if grade is not None and grade not in GRADES:
         raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
-    of_sensor = {name: str(value) for name, value in options_of_sensor(filter, sensor or grade).items()}
-    return preset, of_sensor | settings_of_place(filter, place_and_date)
+    return preset, _of_sensor(filter, sensor or grade) | of_place
+
+
+def _of_sensor(filter: str, sensor: Path | str | None) -> dict[str, str]:
+    return {name: str(value) for name, value in options_of_sensor(filter, sensor).items()}
 
 
 def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:

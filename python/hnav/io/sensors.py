@@ -155,26 +155,36 @@ class Grade:
         }
 
     def options(self, filter: str) -> dict[str, object]:
-        """Options of an attitude filter, "ahrs" or "hrekf"; options without a figure keep their defaults."""
+        """Options of "ahrs", "hrekf" or "ins"; options without a figure keep their defaults. The walks of the INS's biases do: temperature
+        changes a bias by more than the random walk at rest."""
         found = self.filter_parameters()
         if filter == "ahrs":  # it estimates the noise of force and field
             found = {name: value for name, value in found.items() if name.startswith("gyro")}
-            found |= {
-                option: math.hypot(*(self.values.get(name, 0.0) for name in names)) for option, names in AHRS_OPTIONS.items()
-            }
+        elif filter == "ins":
+            density = self.values.get("accel.noise_ug_per_sqrt_hz", 0.0) * 1e-6 * G_M_S2
+            found = {"gyro_noise_rad_per_sqrt_s": found["gyro_noise_rad_per_sqrt_s"], "accel_noise_m_s_per_sqrt_s": density}
+        for option, names in START_AND_RANGE.get(filter, {}).items():
+            # An instability without the bias from one start to the next does not bound that.
+            found[option] = math.hypot(*(self.values.get(name, 0.0) for name in names)) if names[0] in self.values else 0.0
         return {name: value for name, value in found.items() if value > 0}
 
 
-AHRS_OPTIONS = {
-    "start_sigma_bias_rad_s": ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s"),
+_GYRO_BIAS = ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s")
+_BOTH = {
     "start_sigma_gyro_scale": ("gyro.scale_factor_sigma",),
-    "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
     "start_sigma_accel_bias_m_s2": ("accel.bias_sigma_m_s2", "accel.bias_instability_m_s2"),
     "gyro_range_rad_s": ("gyro.range_rad_s",),
     "accel_range_m_s2": ("accel.range_m_s2",),
-    "mag_range_tesla": ("mag.range_tesla",),
 }
-"""Option of the AHRS: the figures whose root sum of squares it is."""
+START_AND_RANGE: dict[str, dict[str, tuple[str, ...]]] = {
+    "ahrs": _BOTH | {
+        "start_sigma_bias_rad_s": _GYRO_BIAS,
+        "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
+        "mag_range_tesla": ("mag.range_tesla",),
+    },
+    "ins": _BOTH | {"start_sigma_gyro_bias_rad_s": _GYRO_BIAS},
+}  # fmt: skip
+"""Option of a filter: the figures whose root sum of squares it is; without the first of them there is none."""
 
 
 CALIBRATION = "calibration"
