@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -18,11 +19,14 @@ from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
+SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
+"""Between gx=1 and gy=2; axes have commas too."""
+
 
 def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
-    """NAME=VALUE each, to values by name. Raises UsageError."""
+    """NAME=VALUE each, or several with commas between, to values by name. Raises UsageError."""
     found = {}
-    for text in texts or []:
+    for text in (part for several in texts or [] for part in SEVERAL.split(several)):
         name, separator, value = text.partition("=")
         if not (separator and name.strip() and value.strip()):
             raise UsageError(f"{option} {text}: write NAME=VALUE")

@@ -45,7 +45,7 @@ FORMATS = {
     "ardupilot": Format("dataflash log of ArduPilot (.bin, .log)", is_ardupilot, read_ardupilot),
     "ulog": Format("log of PX4 (.ulg)", is_ulog, read_ulog),
     "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
-    "parquet": Format("Parquet", lambda path, head: head.startswith(b"PAR1"), read_parquet),
+    "parquet": Format("Parquet, Feather", lambda path, head: head.startswith((b"PAR1", b"ARROW1")), read_parquet),
     "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),

@@ -33,7 +33,8 @@ AXES = CSV_COLUMNS[1:]
 KNOWN = (
     (ZIP_MAGIC, "a zip; "),
     (b"\xd0\xcf\x11\xe0", "a workbook of Excel (.xls): save it as CSV; "), (b"%PDF", "a PDF: "), (b"\x89PNG", "a picture: "),
-    (b"\xff\xd8\xff", "a picture: "), (b"\xfd\x09", "telemetry of MAVLink: give the log of the vehicle itself (.bin); "),
+    (b"\xff\xd8\xff", "a picture: "), (b"\x80\x04", "a pickle, which may run any code: save .csv, .npz or .parquet; "),
+    (b"\x80\x05", "a pickle, which may run any code: save .csv, .npz or .parquet; "), (b"\xfd\x09", "telemetry of MAVLink: give the log of the vehicle itself (.bin); "),
 )  # fmt: skip
 
 

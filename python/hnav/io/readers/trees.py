@@ -44,9 +44,25 @@ def _tables(tree: Any, name: str, depth: int) -> Iterator[tuple[str, dict[str, A
     if depth > DEEPEST:
         return
     if isinstance(tree, Mapping):
-        yield from _of_mapping(tree, name, depth)
+        yield from _of_mapping(_of_pandas(tree), name, depth)
     elif isinstance(tree, (list, np.ndarray)) and len(tree) and isinstance(tree[0], Mapping):
         yield from _of_records([row for row in tree if isinstance(row, Mapping)], name, depth)
+
+
+def _of_pandas(tree: Mapping[str, Any]) -> Mapping[str, Any]:
+    """{"gx": {"0": 1.0, "1": 2.0}, ...}, as to_json of pandas writes a table, or rows by their numbers: as columns."""
+    values = list(tree.values())
+    if len(values) < 2 or not all(isinstance(value, Mapping) and value.keys() == values[0].keys() for value in values):
+        return tree
+    if all(map(_is_index, values[0])):
+        return {column: list(rows.values()) for column, rows in tree.items()}
+    if all(map(_is_index, tree)):
+        return {column: [row[column] for row in values] for column in values[0]}
+    return tree
+
+
+def _is_index(key: object) -> bool:
+    return str(key).isdigit()
 
 
 def _of_mapping(tree: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[str, dict[str, Any]]]:
