@@ -229,6 +229,14 @@ def _refuse_difference(name: str, t_s: float, found: float, options: Options) ->
     )
 
 
+def _advance(in_c: Filter, t_s: float, rate: np.ndarray, force: np.ndarray, magnetic: np.ndarray) -> None:
+    """One row; NaN: no sample."""
+    for push, value in ((in_c.push_gyro, rate), (in_c.push_accel, force), (in_c.push_mag, magnetic)):
+        if np.isfinite(value).all():
+            push(t_s, value)
+    in_c.advance(t_s)
+
+
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
     """Runs both over the recording. Raises HnavError when they differ, or when there was no correction."""
     recording = recording.in_order_of_measurement()
@@ -240,10 +248,7 @@ def record_gains(recording: Recording, options: Options, progress: Callable[[int
     field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
     for i, t_s in enumerate(recording.t_s.tolist()):
         rate, force, magnetic = recording.rate_b_rad_s[i], recording.force_b_m_s2[i], field[i]
-        for push, value in ((in_c.push_gyro, rate), (in_c.push_accel, force), (in_c.push_mag, magnetic)):
-            if np.isfinite(value).all():
-                push(t_s, value)
-        in_c.advance(t_s)
+        _advance(in_c, t_s, rate, force, magnetic)
         far_ahead, last_row_s = 0 < FAR_LIMITS * options.time_jump_limit_s < t_s - last_row_s, t_s
         if far_ahead:
             continue

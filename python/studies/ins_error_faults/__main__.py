@@ -28,7 +28,9 @@ FILTERS: dict[str, dict[str, Any]] = {
 }
 ORDER = (OURS, "HMM", "gated", *PEERS, "none", "AMDKF")
 RECOVERS = 30  # samples after a fault that do not count as healthy: no filter can be sure at once
-WIDTH = 150
+ENDING = (OURS, "HMM")  # whose alarms end is shown
+INTERVAL_S = 0.1  # of the aircraft
+WIDTH = 170
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class Score:
     noise_alarms: float  # share of samples of healthy channels whose noise is called faulty
     bias_alarms: float  # share of samples of channels without a jump whose error is said to have jumped
     process_alarms: float  # share of samples classified as increased process noise
+    ends_s: float  # median time from the end of a fault to that of its alarm; NaN without a fault
 
 
 def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Score:
@@ -56,7 +59,15 @@ def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Sc
         noise_alarms=float((result.fault_probability > 0.5)[counted].mean()),
         bias_alarms=float(np.mean(np.broadcast_to(result.bias_fault_probability, steady.shape)[steady] > 0.5)),
         process_alarms=float(np.mean(np.asarray(result.process_fault_probability) > 0.5)),
+        ends_s=ends_s(case, result),
     )
+
+
+def ends_s(case: Case, result: Result) -> float:
+    """Median over flights and faulty channels."""
+    rows = [result.fault_probability[:, FAULT.stop :, fault.channel] <= 0.5 for fault in case.faults or ()]
+    steps = [np.where(row.any(axis=1), row.argmax(axis=1), row.shape[1]) for row in rows]
+    return float(np.median(steps) * INTERVAL_S) if steps else np.nan
 
 
 def scores_of(plane: Aircraft, case: Case, runs: int, seed: int) -> dict[str, Score]:
@@ -108,10 +119,11 @@ def consistency_table(scores: dict[str, dict[str, Score]]) -> Table:
 
 def alarms_table(scores: dict[str, dict[str, Score]]) -> Table:
     title = "Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process"
-    table = table_of(title, *ORDER[:-2], "joint: bias", "joint: process")
+    table = table_of(title, *ORDER[:-2], "joint: bias", "joint: process", *(f"{f} ends, s" for f in ENDING))
     for name, row in scores.items():
-        rest = (row[OURS].bias_alarms, row[OURS].process_alarms)
-        table.add_row(name, *(f"{100 * share:.1f}" for share in (*(row[f].noise_alarms for f in ORDER[:-2]), *rest)))
+        shares = (*(row[f].noise_alarms for f in ORDER[:-2]), row[OURS].bias_alarms, row[OURS].process_alarms)
+        ends = (row[f].ends_s for f in ENDING)
+        table.add_row(name, *(f"{100 * share:.1f}" for share in shares), *("-" if np.isnan(s) else f"{s:.2f}" for s in ends))
     return table
 
 

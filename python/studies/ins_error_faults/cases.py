@@ -37,6 +37,7 @@ def cases_of(plane: Aircraft) -> dict[str, Case]:
         "colour is an 8 s sine, and fault": Case(plane.faults, sine_s=8),
         "process noise x3, and fault": Case(plane.faults, process=3),
         "process noise x3": Case(process=3),
+        "process noise / 3": Case(process=1 / 3),
         "nothing wrong": Case(),
         **jumps,
     }
