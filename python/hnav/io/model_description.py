@@ -117,7 +117,11 @@ def read_model_description(path: Path | str) -> ModelDescription:
     exchange = root.find("ModelExchange")
     if exchange is None:
         offered = "Co-Simulation only" if root.find("CoSimulation") is not None else "no Model Exchange"
-        _refuse(path, f"offers {offered}: the observer integrates by itself, export it for Model Exchange")
+        _refuse(
+            path,
+            f"offers {offered}: the observer integrates by itself, export it for Model Exchange (its modelDescription.xml needs a ModelExchange "
+            "element), or write its derivatives as functions (hnav.Plant)",
+        )
     if exchange.get("needsExecutionTool") == "true":
         _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
     variables, order = _variables(root, fmi)
