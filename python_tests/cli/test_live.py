@@ -471,6 +471,28 @@ def test_what_cannot_be_done_is_one_line(arguments, said):
     assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("text", "options", "said"),
+    [
+        ("hello\n", [], "no line had samples of a gyroscope and an accelerometer"),
+        ("$GPGSV,1,1,00*79\n", ["--filter", "ins"], "no line had samples of a gyroscope and an accelerometer"),
+        (
+            "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,-9.8\n0.01,0,0,0,0,0,-9.8\n",
+            ["--filter", "ins"],
+            "no position of satellites was used",
+        ),
+    ],
+)
+def test_what_is_missing_is_said_at_the_end(tmp_path, text, options, said):
+    file = tmp_path / "lines.txt"
+    file.write_text(text)
+    with file.open() as stdin, session(tmp_path, "-", *options, stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 0
+    assert said in live.said and live.said.count("warning") == 1
+    done = hnav("live", file)
+    assert done.returncode == 2 and "lines.txt: is a file: hnav filter reads it" in done.stderr
+
+
 def test_a_recording_is_not_overwritten(tmp_path):
     (tmp_path / "old.csv").write_text("mine\n")
     done = hnav("live", "udp://127.0.0.1:0", "--record", tmp_path / "old.csv", "--seconds", 0.1)

@@ -49,6 +49,7 @@ CHECK_S = 5.0
 RATE_S = 1.0
 """Rates are those of so long."""
 LAST_NOTES = 6
+NOTHING = "warning: no line had samples of a gyroscope and an accelerometer"
 
 
 @with_reading
@@ -107,7 +108,7 @@ def command(
         try:
             with ended_by_signals() as ended:
                 run(live, live_source, math.inf if seconds is None else time.monotonic() + seconds, ended)
-            warn(estimator.warnings())
+            warn(estimator.warnings() if live.lines.counts["rows"] else [NOTHING])
         finally:
             live.note(", ".join(f"{name} {n}" for name, n in live.counted(live_source).items()))
 

@@ -226,9 +226,12 @@ def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
     seen, lines = run.ins.diagnostics(), []
     if outcome.ready_s is None or not np.isfinite(outcome.ready_s).any():
         phase = run.ins.navigation().phase
-        lines.append(
-            f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: see whether satellites and rows have the same clock"
+        cause = (
+            "see whether satellites and rows have the same clock"
+            if seen.used["position"]
+            else "no position of satellites was used"
         )
+        lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}")
     elif np.isnan(outcome.ready_s[1]):
         lines.append("warning: the heading was never ready: it needs curves, or braking and gaining speed, with satellites")
     if seen.late:

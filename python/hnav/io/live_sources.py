@@ -212,6 +212,8 @@ class _Serial(LiveSource):
         if not rate.isdigit():
             raise HnavValueError("option", f"{name}: baud={rate} is no number")
         self._device, self._baud = device.partition("?")[0], int(rate)
+        if not parts.scheme and os.path.isfile(self._device):
+            raise HnavValueError("option", f"{name}: is a file: hnav filter reads it; to play it as lines: hnav live - < {name}")
         if os.name == "posix" and not parts.scheme and not os.path.exists(self._device):
             raise HnavValueError("option", f"{name}: is no source: give {KINDS}")
 
