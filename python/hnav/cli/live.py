@@ -110,6 +110,7 @@ def command(
                 run(live, live_source, math.inf if seconds is None else time.monotonic() + seconds, ended)
             warn(estimator.warnings() if live.lines.counts["rows"] else [NOTHING])
         finally:
+            live.end()
             live.note(", ".join(f"{name} {n}" for name, n in live.counted(live_source).items()))
 
 
@@ -135,6 +136,7 @@ class Live:
         self._newest: dict[str, Any] = {}
         self._newest_arrived_s, self._last_t_s = math.nan, math.nan
         self._begin: list[Array] | None = []
+        self._checking: threading.Thread | None = None
         self._arrivals: list[tuple[float, dict[str, int]]] = []
 
     def note(self, text: str, warning: bool = False) -> None:
@@ -179,6 +181,11 @@ class Live:
         }
         self.page.show({**self._newest, **state, "stalled": stalled_s if stalled_s > STALL_S else 0})
 
+    def end(self) -> None:
+        """Waits for a check that is under way: the interpreter must not end while a thread runs in a library of C++."""
+        if self._checking is not None:
+            self._checking.join()
+
     def counted(self, source: LiveSource) -> dict[str, int]:
         """All that has arrived, and all that was lost or changed."""
         shown = {
@@ -196,7 +203,8 @@ class Live:
             return
         self._begin.append(rows)
         if rows[-1, 0] - self._begin[0][0, 0] > CHECK_S:
-            threading.Thread(target=self._say_findings, args=(np.concatenate(self._begin),), daemon=True).start()
+            self._checking = threading.Thread(target=self._say_findings, args=(np.concatenate(self._begin),), daemon=True)
+            self._checking.start()
             self._begin = None
 
     def _say_findings(self, rows: Array) -> None:

@@ -19,6 +19,10 @@ AHEAD = 4
 """Jobs for each worker that the cluster has at a time: with all of them its memory would grow with their number."""
 
 
+UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.low-level-log-length": 100}
+"""Of workers on this machine: what Dask notes of every job for its status page grows with their number."""
+
+
 def no_end() -> None:
     """Of work that leaves nothing behind in its process."""
 
@@ -80,10 +84,12 @@ def _ending(client: Any, end: Callable[[], None]) -> Iterator[None]:
 def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     """Dask's client of a cluster of this machine or of the one at the address. Raises HnavError."""
     try:
+        import dask
         from distributed import Client, LocalCluster
     except ImportError:
         refuse("many workers need Dask: python -m pip install distributed (the extra 'montecarlo')")
     with ExitStack() as closed:
+        closed.enter_context(dask.config.set(UNWATCHED))
         try:
             # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
             # workers say when they stop is of no use.
