@@ -459,6 +459,7 @@ def test_another_host_is_explicit_and_warned_of():
     ("arguments", "said"),
     [
         (("ftp://here",), "is no source: give a serial port"),
+        ((__file__,), "is a file: hnav filter reads it, and hnav live - < FILE its lines"),
         (("/dev/no-such-port",), "is no source"),
         (("udp://127.0.0.1",), "write udp://HOST:PORT"),
         (("-", "--filter", "ins", "--frame", "enu"), "--frame with --filter ins"),
