@@ -463,6 +463,7 @@ def test_another_host_is_explicit_and_warned_of():
     ("arguments", "said"),
     [
         (("ftp://here",), "is no source: give a serial port"),
+        ((__file__,), "is a file: hnav filter reads it, and hnav live - < FILE its lines"),
         (("/dev/no-such-port",), "is no source"),
         (("udp://127.0.0.1",), "write udp://HOST:PORT"),
         (("-", "--filter", "ins", "--frame", "enu"), "--frame with --filter ins"),
@@ -508,4 +509,4 @@ def test_lines_without_a_sensor_end_in_one_line(tmp_path):
     text.write_text("t_s,gx,gy,gz,mx,my,mz\n0,1,2,3,4,5,6\n")
     with text.open() as stdin, session(tmp_path, "-", stdin=stdin) as live:
         assert live.process.wait(timeout=DEADLINE_S) == 2
-    assert "the column ax is missing" in live.said and "say which it is, such as --columns ax=" in live.said
+    assert "the column ax is missing" in live.said and "nothing of the accel: record gyroscope and accelerometer together" in live.said

@@ -81,6 +81,8 @@ class LiveSource:
             return _Mavlink(text, rest, baud, aids)
         if "://" in text and kind not in ("serial", "socket", "rfc2217", "loop"):
             raise HnavValueError("option", f"{text}: is no source: give {KINDS}")
+        if os.path.isfile(text):
+            raise HnavValueError("option", f"{text}: is a file: hnav filter reads it, and hnav live - < FILE its lines")
         return _Serial(text, text.removeprefix("serial://"), baud)
 
     def __enter__(self) -> LiveSource:
