@@ -12,7 +12,8 @@ from studies import importers
 from studies.importers import PYFMI, PYFMI_MASTER, PYFMI_STATE_SPACE, ImporterMissing
 
 
-def _answer(script: str, arguments: tuple[str, ...], folder: Path) -> dict:
+def run_pyfmi_script(script: str, arguments: tuple[str, ...], folder: Path) -> dict:
+    """What the script writes to answer.json in the folder, and errors."""
     try:
         return importers.run_pyfmi(script, arguments, folder)
     except ImporterMissing as reason:
@@ -21,12 +22,12 @@ def _answer(script: str, arguments: tuple[str, ...], folder: Path) -> dict:
 
 def run_pyfmi(path: Path, kind: str, folder: Path) -> dict:
     """Simulated by its default experiment: t_s, ends, errors."""
-    return _answer(PYFMI, (str(path), kind), folder)
+    return run_pyfmi_script(PYFMI, (str(path), kind), folder)
 
 
 def pyfmi_state_space(path: Path, folder: Path) -> dict:
     """A and differences (n x n each), errors."""
-    return _answer(PYFMI_STATE_SPACE, (str(path),), folder)
+    return run_pyfmi_script(PYFMI_STATE_SPACE, (str(path),), folder)
 
 
 def run_pyfmi_master(
@@ -50,7 +51,7 @@ def run_pyfmi_master(
         "options": options,
     }
     (folder / "told.json").write_text(json.dumps(told))
-    return _answer(PYFMI_MASTER, (), folder)
+    return run_pyfmi_script(PYFMI_MASTER, (), folder)
 
 
 def run_omsimulator(path: Path, folder: Path, t_s: float, *options: str) -> dict[str, float]:

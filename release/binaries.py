@@ -46,7 +46,7 @@ OF_EVERY_DYLIB = ("__mh_dylib_header", "___dso_handle", "__Zn", "__Zd")
 @dataclass(frozen=True)
 class Needs:
     """exports: names that others can call. libraries: what has to be there. glibc: highest version of a symbol, or None; macos: the
-    first that takes it, or None. signed: None where nobody asks for it; Macs with Apple silicon load nothing that is not.
+    first that takes it, or None. signed: None where no signature is asked for; Macs with Apple silicon load nothing that is not.
 
     paths: whether the place of this checkout is written in it.
     """

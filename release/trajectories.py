@@ -207,7 +207,7 @@ def has_clocks(fmu: Path) -> bool:
 
 
 def comparable(dist: Path) -> list[tuple[int, Path]]:
-    """The FMUs of all versions but those with arrays or clocks: the tests compare these with their scalar twins, the program knows
+    """The FMUs of all versions but those with arrays or clocks: the tests compare these with their scalar twins, the program reads
     scalars. Exits when there are none."""
     fmus = [(version, fmu) for version in (2, 3) for fmu in sorted((dist / f"fmi{version}").glob("*.fmu"))]
     if not fmus:

@@ -40,7 +40,7 @@ struct Consistency {
         if (variance > stated && stated > 0) noise = std::fmax(1, noise * stated / variance);
         stated = variance;
     }
-    // r: innovations, with their variances. gated: this one lies beyond the gate. One that does, alone among others, is an outlier.
+    // r: innovations, with their variances. gated: this one lies beyond the gate. A single one beyond the gate among others is an outlier.
     // jumped: it says nothing of the mean.
     void note(const double* r, const double* variance, int rows, bool gated, bool jumped, double t_s) {
         const double since_s = std::fmin(t_s - last_s, window_s[windows - 1]);

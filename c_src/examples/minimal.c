@@ -1,4 +1,4 @@
-/* The smallest program: a body lies tilted at rest; after two seconds of samples the filter knows how. */
+/* The smallest program: a body lies tilted at rest; after two seconds of samples the filter has its attitude. */
 #include <hnav/hnav.h>
 #include <stdio.h>
 

@@ -1,5 +1,5 @@
 // The bytes of the fuzzer read as decisions and numbers. Every byte string is a program: what lies beyond its end reads
-// as zero, and end() tells when to stop. Small changes of the bytes are small changes of the program, which is what a
+// as zero, and end() says when to stop. Small changes of the bytes are small changes of the program, which is what a
 // fuzzer guided by coverage needs.
 #pragma once
 

@@ -43,7 +43,7 @@ inline bool positive(const double* v, int n) {
 
 inline bool unit(const double* q) { return std::fabs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1) < 1e-9; }
 
-// A call that fails says why; one that succeeds has a status and nothing else.
+// A call that fails gives its reason; a call that succeeds gives a status alone.
 inline void answered(hnav_status status, const char* message) {
     HOLDS(status >= HNAV_OK && status <= HNAV_ERROR_ILL_CONDITIONED);
     HOLDS(std::strcmp(hnav_status_text(status), "unknown status") != 0);

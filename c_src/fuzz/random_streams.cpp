@@ -116,7 +116,7 @@ private:
         for (int i = 0; i < 3; ++i) field_[i] = field[i] + 1e-6 * random_.normal();
     }
 
-    // A reading, now and then one that no sensor gives.
+    // A reading, now and then beyond what a sensor can give.
     void spoil(double* v) {
         if (!random_.once_in(30)) return;
         const double infinity = std::numeric_limits<double>::infinity();

@@ -15,7 +15,7 @@ int main(int count, char** arguments) {
         for (const auto& entry : std::filesystem::directory_iterator(arguments[i])) {
             std::ifstream file(entry.path(), std::ios::binary);
             const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
-            std::printf("%s\n", entry.path().filename().c_str()); // the last line names the one that broke a promise
+            std::printf("%s\n", entry.path().filename().c_str()); // the last line names the input that broke an invariant
             std::fflush(stdout);
             LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
             ++files;

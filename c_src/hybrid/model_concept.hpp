@@ -15,7 +15,7 @@
 // Start and flow:
 //     void begin(State&) const                            from zeros to the state before any sample
 //     bool flows(const State&) const                      false while there is nothing to integrate
-//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state; one that may be
+//     void flow(const State&, const double* x, double* dx) const       x' = f(x), inputs held in the state; a flow that may be
 //                                                         without an answer returns an int as Propagator::Flow does
 //     struct Piece                                        where the flow depends on more than State and x, a last argument of flow
 //                                                         with a default: a part of the state, a point without its matrices
@@ -85,7 +85,7 @@ struct RealOf<S, std::void_t<std::remove_extent_t<decltype(S::x)>[1]>> {
 template <class M>
 using Real = typename RealOf<State<M>>::type;
 
-// Whether Expression<Model> is one that compiles.
+// Whether Expression<Model> compiles.
 template <template <class> class Expression, class Model, class = void>
 struct Answers : std::false_type {};
 template <template <class> class Expression, class Model>
@@ -167,7 +167,7 @@ auto sizes_of(const Model& model) {
     else return RuntimeSizes{model.channels(), model.values(), model.state_bytes()};
 }
 
-// The number of continuous states; -1, which is dynamic to Eigen, where only the model itself knows it.
+// The number of continuous states; -1, which is Dynamic of Eigen, where the model sets it at run time.
 template <class Model>
 constexpr int compiled_nx() {
     if constexpr (has_fixed_size<Model>) return Model::nx;

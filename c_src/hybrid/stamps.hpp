@@ -4,7 +4,7 @@
 // begins a new time base. Its sample follows the newest one after the sensor's usual interval, and the event is marked,
 // because the body may have moved in between. A sensor that is always late never runs back against itself: its samples are
 // late, and no new time base. A clock that is set forward is a gap to the filter; but a single stamp that lies far ahead of
-// all others is an error of that stamp: its sample waits for a second one that agrees, and is left out.
+// all others is an error of that stamp: its sample waits for a second stamp that agrees, and is left out.
 //
 // Bursts: samples of one sensor that share a stamp, as a FIFO hands them over, are spread over the time since the burst
 // before it. How many share a stamp is learnt from the last burst.

@@ -38,8 +38,12 @@ public:
 
     bool offers(Function function, Variable variable) const override { return plant_->offers(function, variable); }
 
-    Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) override {
-        const Answer answer = plant_->jacobian(function, wanted, inside(at), J);
+    bool declares_dependencies() const override { return plant_->declares_dependencies(); }
+    bool depends(int derivative, int on) const override { return plant_->depends(derivative, on); }
+
+    Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, const Dependencies& dependencies,
+                    double* J) override {
+        const Answer answer = plant_->jacobian(function, wanted, inside(at), dependencies, J);
         for (int k = 0; wanted[int(Variable::parameter)] && k < sizes.parameters; ++k)
             for (int i = 0; problem_.is_log[k] != 0 && i < sizes.rows(function); ++i)
                 J[i * problem_.N + problem_.moving + k] *= p_[k];

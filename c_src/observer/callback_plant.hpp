@@ -47,7 +47,7 @@ public:
     bool offers(Function function, Variable) const override { return jacobian_of(function) != nullptr; }
 
     // The function writes all blocks at once; the caller overwrites blocks that it does not use.
-    Answer jacobian(Function function, const bool (&)[variables], const Point& at, double* J) override {
+    Answer jacobian(Function function, const bool (&)[variables], const Point& at, const Dependencies&, double* J) override {
         return ask(jacobian_of(function), at, J);
     }
 

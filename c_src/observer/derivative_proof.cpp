@@ -58,14 +58,14 @@ bool answers_at_start(Plant& plant, const Problem& problem, const Point& start, 
 }
 
 // Keeps the worst element over all points.
-void compare(const Problem& problem, Function f, Variable v, const double* told, const double* measured, const double* values,
+void compare(const Problem& problem, Function f, Variable v, const double* claimed, const double* measured, const double* values,
              double* worst, BlockProof* block) {
     const int first = problem.sizes.first(v), count = problem.sizes.count(v), N = problem.N;
     for (int i = 0; i < problem.sizes.rows(f); ++i) {
         double row = 0;
         for (int j = first; j < first + count; ++j) row += std::fabs(measured[i * N + j]) * problem.scale[j];
         for (int j = first; j < first + count; ++j) {
-            const double a = told[i * N + j], b = measured[i * N + j];
+            const double a = claimed[i * N + j], b = measured[i * N + j];
             // Rounding of the differences: this part of the value is neglected.
             const double allowed =
                 1e-4 * (std::fabs(a) + std::fabs(b)) + (1e-5 * row + 1e-9 * std::fabs(values[i])) / problem.scale[j];
@@ -78,6 +78,39 @@ void compare(const Problem& problem, Function f, Variable v, const double* told,
             block->measured = b;
         }
     }
+}
+
+struct Scratch {
+    double *declared, *measured, *values;
+};
+
+// Differences must be zero where the plant declares that a derivative does not depend. A wrong declaration is not used, and is reported as
+// the worst element of its block if the plant offers no right derivatives.
+void prove_dependencies(Plant& plant, const Place& place, Linearisation& linearisation, double start_s, const Scratch& of,
+                        DerivativeProof* proof) {
+    const Problem& problem = place.problem;
+    if (!plant.declares_dependencies()) return;
+    bool right = true;
+    for (const Variable v : {Variable::state, Variable::unknown_input}) {
+        BlockProof wrong{};
+        double worst = 0;
+        for (int k = 0; k <= points; ++k) {
+            const Point at = place.at(start_s, k);
+            if (plant.evaluate(Function::derivatives, at, of.values) != Answer::ok || !finite(of.values, problem.n) ||
+                linearisation.differences(plant, Function::derivatives, v, at, of.measured) != Answer::ok)
+                continue;
+            for (int i = 0; i < problem.n; ++i)
+                for (int j = 0; j < problem.moving; ++j)
+                    of.declared[i * problem.N + j] = plant.depends(i, j) ? of.measured[i * problem.N + j] : 0;
+            compare(problem, Function::derivatives, v, of.declared, of.measured, of.values, &worst, &wrong);
+        }
+        if (worst <= 1) continue;
+        right = false;
+        wrong.offered = true;
+        BlockProof& block = proof->block[int(Function::derivatives)][int(v)];
+        if (!block.exact) block = wrong;
+    }
+    if (right) linearisation.use_dependencies(plant);
 }
 
 // The derivatives at the start, at other points, and at the start again. Plants with internal iterations agree to their
@@ -107,7 +140,7 @@ int proof_doubles(const Problem& problem) {
 bool prove(Plant& plant, const Problem& problem, Linearisation& linearisation, double start_s, double* work,
            DerivativeProof* proof, Refusal& why) {
     const int rows = std::max(problem.n, problem.sensors), matrix = rows * problem.N;
-    double *told = work, *measured = told + matrix, *X = measured + matrix, *u = X + problem.N;
+    double *claimed = work, *measured = claimed + matrix, *X = measured + matrix, *u = X + problem.N;
     double *values = u + problem.sizes.inputs, *again = values + rows;
     const Place place{problem, X, u};
     *proof = {};
@@ -126,13 +159,14 @@ bool prove(Plant& plant, const Problem& problem, Linearisation& linearisation, d
                 if (plant.evaluate(f, at, values) != Answer::ok || !finite(values, problem.sizes.rows(f)) ||
                     linearisation.differences(plant, f, v, at, measured) != Answer::ok)
                     continue;
-                std::fill_n(told, matrix, std::nan(""));
-                if (plant.jacobian(f, wanted, at, told) != Answer::ok) worst = HUGE_VAL;
-                compare(problem, f, v, told, measured, values, &worst, &block);
+                std::fill_n(claimed, matrix, std::nan(""));
+                if (plant.jacobian(f, wanted, at, linearisation.dependencies(), claimed) != Answer::ok) worst = HUGE_VAL;
+                compare(problem, f, v, claimed, measured, values, &worst, &block);
             }
             block.exact = worst <= 1;
             linearisation.set_exact(f, v, block.exact);
         }
+    prove_dependencies(plant, place, linearisation, start_s, {claimed, measured, values}, proof);
 
     find_memory(plant, place, start_s, values, again, measured, proof);
     return true;

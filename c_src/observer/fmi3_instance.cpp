@@ -110,9 +110,9 @@ public:
     Answer deserialize(const void* bytes, std::size_t count, void** state) override {
         return deserialize_ ? answer(deserialize_(instance_, static_cast<const fmi3Byte*>(bytes), count, state)) : Answer::broken;
     }
-    Answer directional(const Reference* unknown, int rows, Reference known, double* column) override {
-        const double one = 1;
-        return directional_ ? answer(directional_(instance_, unknown, rows, &known, 1, &one, 1, column, rows)) : Answer::broken;
+    Answer directional(const Reference* unknown, int rows, const Reference* known, int count, double* column) override {
+        if (!directional_) return Answer::broken;
+        return answer(directional_(instance_, unknown, rows, known, count, ones(), count, column, rows));
     }
 
     void destroy() override { destroy_object(this); }

@@ -1,9 +1,10 @@
 // One instance of an FMU in Model Exchange, in the calls that FMI 2 and FMI 3 share.
 #pragma once
 
-#include "observer/plant.hpp"
+#include "observer/problem.hpp"
 #include "observer/shared_library.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -47,7 +48,8 @@ public:
     virtual Answer state_bytes(void* state, std::size_t* bytes) = 0;
     virtual Answer serialize(void* state, void* bytes, std::size_t count) = 0;
     virtual Answer deserialize(const void* bytes, std::size_t count, void** state) = 0;
-    virtual Answer directional(const Reference* unknown, int rows, Reference known, double* column) = 0;
+    // Along all the known ones together.
+    virtual Answer directional(const Reference* unknown, int rows, const Reference* known, int count, double* column) = 0;
 
     virtual void destroy() = 0;
 
@@ -55,7 +57,10 @@ public:
     bool dead = false; // after a fatal error no function may be called
 
 protected:
+    FmiInstance() { std::fill_n(ones_, max_estimated, 1.0); }
     ~FmiInstance() = default;
+
+    const double* ones() const { return ones_; }
 
     // One function of the library.
     template <class Function>
@@ -70,6 +75,9 @@ protected:
         if (status >= 4) dead = true;
         return status <= 1 ? Answer::ok : status == 2 ? Answer::elsewhere : Answer::broken;
     }
+
+private:
+    double ones_[max_estimated];
 };
 
 // Null: no memory.

@@ -1,6 +1,7 @@
 #include "observer/fmu_plant.hpp"
 
 #include "base/memory.hpp"
+#include "observer/dependencies.hpp"
 #include "observer/platform.hpp"
 
 #include <algorithm>
@@ -353,28 +354,50 @@ bool FmuPlant::offers(Function function, Variable variable) const {
     return true;
 }
 
-Answer FmuPlant::columns(Function function, Variable variable, double* J) {
-    const bool of_outputs = function == Function::outputs;
-    const Reference* unknown = of_outputs ? asked_ : plan_.derivative;
-    const Reference* known = variable == Variable::state           ? plan_.state
-                             : variable == Variable::unknown_input ? plan_.input + sizes.known_inputs()
-                                                                   : plan_.parameter;
-    const int rows = sizes.rows(function), first = sizes.first(variable), N = sizes.estimated();
-    for (int k = 0; k < sizes.count(variable); ++k) {
-        const Answer done =
-            keep(fmi_->directional(unknown, of_outputs ? asked_count_ : rows, known[k], column_), "GetDirectionalDerivative");
+// The variable of a column of X.
+Reference FmuPlant::known(int column) const {
+    const int inputs = sizes.first(Variable::unknown_input), parameters = sizes.first(Variable::parameter);
+    return column < inputs       ? plan_.state[column]
+           : column < parameters ? plan_.input[sizes.known_inputs() + column - inputs]
+                                 : plan_.parameter[column - parameters];
+}
+
+Answer FmuPlant::columns_of_outputs(Variable variable, double* J) {
+    const int first = sizes.first(variable), N = sizes.estimated();
+    for (int j = first; j < first + sizes.count(variable); ++j) {
+        const Reference by = known(j);
+        const Answer done = keep(fmi_->directional(asked_, asked_count_, &by, 1, column_), "GetDirectionalDerivative");
         if (done != Answer::ok) return done;
-        for (int i = 0; i < rows; ++i) J[i * N + first + k] = column_[of_outputs ? asked_as_[i] : i];
+        for (int i = 0; i < sizes.outputs; ++i) J[i * N + j] = column_[asked_as_[i]];
     }
     return Answer::ok;
 }
 
-Answer FmuPlant::jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) {
+Answer FmuPlant::columns_of_derivatives(Variable variable, const Dependencies& dependencies, double* J) {
+    for (int g = dependencies.first_group(variable); g < dependencies.last_group(variable); ++g) {
+        const auto group = dependencies.group(g);
+        for (int k = 0; k < group.count(); ++k) together_[k] = known(group.first[k]);
+        const Answer done = keep(fmi_->directional(plan_.derivative, sizes.states, together_, group.count(), column_),
+                                 "GetDirectionalDerivative");
+        if (done != Answer::ok) return done;
+        for (const int j : group)
+            for (const int i : dependencies.column(j)) J[i * sizes.estimated() + j] = column_[i];
+    }
+    return Answer::ok;
+}
+
+Answer FmuPlant::jacobian(Function function, const bool (&wanted)[variables], const Point& at, const Dependencies& dependencies,
+                          double* J) {
     Answer done = move_to(at);
     for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter})
-        if (done == Answer::ok && wanted[int(v)]) done = columns(function, v, J);
+        if (done == Answer::ok && wanted[int(v)])
+            done = function == Function::outputs ? columns_of_outputs(v, J) : columns_of_derivatives(v, dependencies, J);
     if (done == Answer::broken) running_ = false;
     return done;
+}
+
+bool FmuPlant::declares_dependencies() const {
+    return std::any_of(plan_.declared, plan_.declared + sizes.states, [](bool is) { return is; });
 }
 
 int FmuPlant::state_of_output(int output) const {

@@ -21,7 +21,10 @@ public:
 
     Answer evaluate(Function function, const Point& at, double* values) override;
     bool offers(Function function, Variable variable) const override;
-    Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) override;
+    Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, const Dependencies& dependencies,
+                    double* J) override;
+    bool declares_dependencies() const override;
+    bool depends(int derivative, int on) const override { return plan_.depends(derivative, on); }
     Answer indicators(const Point& at, double* z) override;
     Answer event(const Point& at, double* x, double* next_s) override;
     Answer remember(double* memory) override;
@@ -54,7 +57,9 @@ private:
     bool differs(const Point& at) const;
     Answer change_discrete(const Point& at);
     Answer iterate();
-    Answer columns(Function function, Variable variable, double* J);
+    Answer columns_of_outputs(Variable variable, double* J);
+    Answer columns_of_derivatives(Variable variable, const Dependencies& dependencies, double* J);
+    Reference known(int column) const;
     Answer keep(Answer answer, const char* call);
 
     SharedLibrary library_;
@@ -73,6 +78,7 @@ private:
     int asked_as_[max_channels_used] = {}, asked_count_ = 0;
     // The values set last.
     double inputs_[max_inputs] = {}, parameters_[max_estimated] = {}, column_[max_estimated] = {};
+    Reference together_[max_estimated] = {};
 };
 
 } // namespace hnav::observer

@@ -14,9 +14,12 @@ Linearisation::Linearisation(Arena& arena, const Problem& problem)
       p_(arena.doubles(problem.sizes.parameters)),
       above_(arena.doubles(std::max(problem.n, problem.sensors))),
       below_(arena.doubles(std::max(problem.n, problem.sensors))),
-      here_(arena.doubles(std::max(problem.n, problem.sensors))) {}
+      here_(arena.doubles(std::max(problem.n, problem.sensors))),
+      kept_(arena.doubles(problem.N)),
+      dependencies_(arena, problem) {}
 
 void Linearisation::create(Plant& plant) {
+    dependencies_.create(plant, false);
     outputs_are_states_ = true;
     for (int i = 0; i < problem_.sensors; ++i) outputs_are_states_ = outputs_are_states_ && plant.state_of_output(i) >= 0;
     for (const Function f : {Function::derivatives, Function::outputs})
@@ -27,6 +30,7 @@ void Linearisation::create(Plant& plant) {
 void Linearisation::take_choices(const Linearisation& from) {
     outputs_are_states_ = from.outputs_are_states_;
     std::memcpy(exact_, from.exact_, sizeof exact_);
+    dependencies_.take(from.dependencies_);
 }
 
 Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at, double* J) {
@@ -35,7 +39,7 @@ Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at,
     Answer answer = Answer::ok;
     if (!units_only) {
         const bool(&exact)[variables] = exact_[int(function)];
-        if (exact[0] || exact[1] || exact[2]) answer = plant.jacobian(function, exact, at, J);
+        if (exact[0] || exact[1] || exact[2]) answer = plant.jacobian(function, exact, at, dependencies_, J);
         for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter})
             if (answer == Answer::ok && !exact[int(v)] && problem_.sizes.count(v) > 0)
                 answer = differences(plant, function, v, at, J);
@@ -50,47 +54,98 @@ Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at,
     return answer;
 }
 
-// The cube root of the rounding, where rounding and truncation errors are equal.
+// The point at which a function is evaluated with some numbers moved.
+struct Linearisation::Moved {
+    Function function;
+    Point at;
+    int rows, first; // column of the first number
+    double* numbers;
+
+    double& number(int column) const { return numbers[column - first]; }
+};
+
 Answer Linearisation::differences(Plant& plant, Function function, Variable variable, const Point& at, double* J) {
-    const int rows = problem_.sizes.rows(function), first = problem_.sizes.first(variable);
+    const int first = problem_.sizes.first(variable), count = problem_.sizes.count(variable);
     std::copy_n(at.x, problem_.n, x_);
     std::copy_n(at.u, problem_.sizes.inputs, u_);
     std::copy_n(at.p, problem_.sizes.parameters, p_);
-    const Point moved{at.t_s, x_, u_, p_};
     double* numbers = variable == Variable::state ? x_ : variable == Variable::unknown_input ? u_ + problem_.known : p_;
-    const double *low = problem_.low + first, *high = problem_.high + first;
-    for (int k = 0; k < problem_.sizes.count(variable); ++k) numbers[k] = std::clamp(numbers[k], low[k], high[k]);
-    for (int k = 0; k < problem_.sizes.count(variable); ++k) {
-        const double step = 6e-6 * std::max(std::fabs(numbers[k]), problem_.scale[first + k]);
-        const double up = std::min(numbers[k] + step, high[k]), down = std::max(numbers[k] - step, low[k]);
-        const Answer answer = column(plant, function, moved, numbers + k, up, down, rows, J + first + k);
-        if (answer != Answer::ok) return answer;
+    for (int k = 0; k < count; ++k) numbers[k] = std::clamp(numbers[k], problem_.low[first + k], problem_.high[first + k]);
+    const Moved moved{function, {at.t_s, x_, u_, p_}, problem_.sizes.rows(function), first, numbers};
+    Answer answer = Answer::ok;
+    if (function == Function::outputs) {
+        for (int k = 0; answer == Answer::ok && k < count; ++k) answer = column(plant, moved, first + k, J);
+        return answer;
     }
+    const int last = dependencies_.last_group(variable);
+    for (int g = dependencies_.first_group(variable); answer == Answer::ok && g < last; ++g)
+        answer = group(plant, moved, dependencies_.group(g), J);
+    return answer;
+}
+
+// Column by column where the plant fails.
+Answer Linearisation::group(Plant& plant, const Moved& moved, Dependencies::Indices columns, double* J) {
+    if (columns.count() > 1) {
+        for (const int j : columns) kept_[j] = moved.number(j);
+        for (const int j : columns) moved.number(j) = above(j, kept_[j]);
+        Answer answer = evaluate(plant, moved, above_);
+        for (const int j : columns) moved.number(j) = below(j, kept_[j]);
+        if (answer == Answer::ok) answer = evaluate(plant, moved, below_);
+        for (const int j : columns) moved.number(j) = kept_[j];
+        if (answer == Answer::ok) {
+            for (const int j : columns) put(moved, j, above_, below_, above(j, kept_[j]) - below(j, kept_[j]), J);
+            return answer;
+        }
+    }
+    for (const int j : columns)
+        if (const Answer answer = column(plant, moved, j, J); answer != Answer::ok) return answer;
     return Answer::ok;
 }
 
 // One-sided where the plant fails on the other side: a root, a table that ends.
-Answer Linearisation::column(Plant& plant, Function function, const Point& moved, double* number, double up, double down,
-                             int rows, double* out) {
-    const double kept = *number;
+Answer Linearisation::column(Plant& plant, const Moved& moved, int j, double* J) {
+    double& number = moved.number(j);
+    const double kept = number;
     const auto ask = [&](double at, double* values) {
-        *number = at;
-        Answer answer = plant.evaluate(function, moved, values);
-        *number = kept;
-        for (int i = 0; answer == Answer::ok && i < rows; ++i)
-            if (!std::isfinite(values[i])) answer = Answer::elsewhere;
+        number = at;
+        const Answer answer = evaluate(plant, moved, values);
+        number = kept;
         return answer;
     };
-    const double *above = above_, *below = below_;
-    const Answer of_up = ask(up, above_), of_down = ask(down, below_);
-    if (of_up != Answer::ok && of_down != Answer::ok) return of_up;
-    if (of_up != Answer::ok || of_down != Answer::ok) {
+    double up = above(j, kept), down = below(j, kept);
+    const double *of_up = above_, *of_down = below_;
+    const Answer upwards = ask(up, above_), downwards = ask(down, below_);
+    if (upwards != Answer::ok && downwards != Answer::ok) return upwards;
+    if (upwards != Answer::ok || downwards != Answer::ok) {
         if (const Answer answer = ask(kept, here_); answer != Answer::ok) return answer;
-        (of_up != Answer::ok ? up : down) = kept;
-        (of_up != Answer::ok ? above : below) = here_;
+        (upwards != Answer::ok ? up : down) = kept;
+        (upwards != Answer::ok ? of_up : of_down) = here_;
     }
-    for (int i = 0; i < rows; ++i) out[i * problem_.N] = (above[i] - below[i]) / (up - down);
+    put(moved, j, of_up, of_down, up - down, J);
     return Answer::ok;
 }
+
+Answer Linearisation::evaluate(Plant& plant, const Moved& moved, double* values) const {
+    Answer answer = plant.evaluate(moved.function, moved.at, values);
+    for (int i = 0; answer == Answer::ok && i < moved.rows; ++i)
+        if (!std::isfinite(values[i])) answer = Answer::elsewhere;
+    return answer;
+}
+
+void Linearisation::put(const Moved& moved, int j, const double* up, const double* down, double width, double* J) const {
+    const int N = problem_.N;
+    if (moved.function == Function::outputs) {
+        for (int i = 0; i < moved.rows; ++i) J[i * N + j] = (up[i] - down[i]) / width;
+    } else {
+        for (const int i : dependencies_.column(j)) J[i * N + j] = (up[i] - down[i]) / width;
+    }
+}
+
+// The cube root of the rounding, where rounding and truncation errors are equal.
+double Linearisation::step(int j, double x) const { return 6e-6 * std::max(std::fabs(x), problem_.scale[j]); }
+
+double Linearisation::above(int j, double x) const { return std::min(x + step(j, x), problem_.high[j]); }
+
+double Linearisation::below(int j, double x) const { return std::max(x - step(j, x), problem_.low[j]); }
 
 } // namespace hnav::observer

@@ -1,8 +1,9 @@
 // The Jacobian of a plant's function by X, block by block: the plant's own derivatives where they have been confirmed
-// (derivative_proof.hpp), central differences elsewhere. An output that is a state has a unit row.
+// (derivative_proof.hpp), central differences elsewhere. An output that is a state has a unit row. Of derivatives of states only what
+// depends on X is written, by groups of columns.
 #pragma once
 
-#include "observer/problem.hpp"
+#include "observer/dependencies.hpp"
 
 namespace hnav::observer {
 
@@ -16,6 +17,9 @@ public:
     void take_choices(const Linearisation& from);
 
     bool exact(Function function, Variable variable) const { return exact_[int(function)][int(variable)]; }
+    // What the plant declares; until then all rows depend on all columns.
+    void use_dependencies(const Plant& plant) { dependencies_.create(plant, true); }
+    const Dependencies& dependencies() const { return dependencies_; }
     void set_exact(Function function, Variable variable, bool is) { exact_[int(function)][int(variable)] = is; }
 
     // Rows of the function, N columns, row-major. Not ok: incomplete.
@@ -23,12 +27,19 @@ public:
     Answer differences(Plant& plant, Function function, Variable variable, const Point& at, double* J);
 
 private:
-    Answer column(Plant& plant, Function function, const Point& moved, double* number, double up, double down, int rows,
-                  double* out);
+    struct Moved;
+    Answer group(Plant& plant, const Moved& moved, Dependencies::Indices columns, double* J);
+    Answer column(Plant& plant, const Moved& moved, int column, double* J);
+    Answer evaluate(Plant& plant, const Moved& moved, double* values) const;
+    void put(const Moved& moved, int column, const double* up, const double* down, double width, double* J) const;
+    double step(int column, double x) const;
+    double above(int column, double x) const;
+    double below(int column, double x) const;
 
     const Problem& problem_;
     double *x_, *u_, *p_;
-    double *above_, *below_, *here_;
+    double *above_, *below_, *here_, *kept_;
+    Dependencies dependencies_;
     bool outputs_are_states_ = false;
     bool exact_[functions][variables] = {};
 };

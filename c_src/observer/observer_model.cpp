@@ -117,6 +117,15 @@ bool Model::ask(Answer answer, Function function, double t_s, const double* valu
     return fine;
 }
 
+// The same of A, where it depends on X.
+bool Model::ask_A(Answer answer, double t_s) const {
+    const Problem& p = *problem_;
+    double not_a_number = 0; // unless all are finite
+    for (int i = 0; answer == Answer::ok && i < p.n; ++i)
+        for (const int j : work_->linearisation.dependencies().row(i)) not_a_number += 0 * work_->A[i * p.N + j];
+    return ask(answer, Function::derivatives, t_s, &not_a_number, 1);
+}
+
 // x: of a part, while it flows.
 Point Model::point(const State& s, const double* part, const double* x) const {
     const Problem& p = *problem_;
@@ -150,8 +159,7 @@ int Model::flow(const State& s, const double* x, double* dx, const Piece& piece)
         return 0;
     }
     answer = work_->linearisation.jacobian(*plant_, Function::derivatives, here, work_->A);
-    if (!ask(answer, Function::derivatives, here.t_s, work_->A, p.n * p.N))
-        return int(answer == Answer::ok ? Answer::elsewhere : answer);
+    if (!ask_A(answer, here.t_s)) return int(answer == Answer::ok ? Answer::elsewhere : answer);
     flow_of_matrices(s.x()[at.usual], x, dx);
     dx[at.clock] = 1;
     return 0;
@@ -176,6 +184,23 @@ void Model::flow_of_matrices(double usual_s, const double* x, double* dx) const 
     flow_of_sized<0, 0>(usual_s, x, dx);
 }
 
+// A row of A times the moving rows of a matrix.
+template <int fixed_moving, int fixed_N>
+void Model::multiply_row(int i, const double* with, double* out) const {
+    const int moving = fixed_moving ? fixed_moving : problem_->moving, N = fixed_N ? fixed_N : problem_->N;
+    const double* row = work_->A + i * N;
+    std::fill_n(out, N, 0.0);
+    if constexpr (fixed_N != 0) {
+        for (int k = 0; k < moving; ++k)
+            for (int j = 0; j < N; ++j) out[j] += row[k] * with[k * N + j];
+    } else {
+        for (const int k : work_->linearisation.dependencies().row(i)) {
+            if (k >= moving || row[k] == 0) continue;
+            for (int j = 0; j < N; ++j) out[j] += row[k] * with[k * N + j];
+        }
+    }
+}
+
 // 0: only known at run time.
 template <int fixed_moving, int fixed_N>
 void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
@@ -183,19 +208,11 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
     const Layout& at = layout();
     const int moving = fixed_moving ? fixed_moving : p.moving, N = fixed_N ? fixed_N : p.N;
     double *A = work_->A, *Qd = work_->Qd, *product = work_->product;
-    // Rows of the product with the moving rows of a matrix whose other rows do not move.
-    const auto multiply = [&](const double* with, const double* row, double* out) {
-        std::fill_n(out, N, 0.0);
-        for (int k = 0; k < moving; ++k) {
-            if (fixed_N == 0 && row[k] == 0) continue; // large plants are sparse
-            for (int j = 0; j < N; ++j) out[j] += row[k] * with[k * N + j];
-        }
-    };
     unpack_upper(x + at.Qd, N, 1, Qd);
     for (int i = 0; i < moving; ++i) {
         double *row = A + i * N, *dS = dx + at.S + i * N, *AQ = product + i * N;
-        multiply(x + at.S, row, dS);
-        multiply(Qd, row, AQ);
+        multiply_row<fixed_moving, fixed_N>(i, x + at.S, dS);
+        multiply_row<fixed_moving, fixed_N>(i, Qd, AQ);
         for (int k = moving; k < N; ++k) {
             dS[k] += row[k];
             for (int j = 0; j < N; ++j) AQ[j] += row[k] * Qd[k * N + j];

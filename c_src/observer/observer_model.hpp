@@ -251,6 +251,8 @@ private:
     Point point_of(const State& s, double t_s, const double* X) const;
     void flow_of_matrices(double usual_s, const double* x, double* dx) const;
     template <int fixed_moving, int fixed_N>
+    void multiply_row(int i, const double* with, double* out) const;
+    template <int fixed_moving, int fixed_N>
     void flow_of_sized(double usual_s, const double* x, double* dx) const;
     void expected(const double* part, double* X) const;
     void put(const double* X, double* part) const;
@@ -262,6 +264,7 @@ private:
     void covariance(const State& s, const double* flowed, const double* held, double* P) const;
     void collect(const State& s, double* part) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
+    bool ask_A(Answer answer, double t_s) const;
     int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
     double* part_of(State& s, int i) const { return s.x() + i * layout().part_numbers; }
     const double* part_of(const State& s, int i) const { return s.x() + i * layout().part_numbers; }

@@ -24,6 +24,8 @@ public:
         return begin;
     }
 
+    bool any() { return *rest() != '\0'; }
+
     const char* rest() { return next_ + std::strspn(next_, " \t"); }
 
     double number() {
@@ -143,6 +145,7 @@ private:
         if (is(key, "sensor")) return take_sensor(words);
         if (is(key, "bound")) return take_bound(words);
         if (is(key, "logarithmic")) return take_logarithmic(words);
+        if (is(key, "depends")) return take_dependencies(words);
         return "its first word is not known";
     }
 
@@ -210,6 +213,18 @@ private:
         const std::uint32_t i = words.reference();
         if (i >= max_estimated) return "there is nothing of that place";
         plan_.logarithmic[i] = 1;
+        return nullptr;
+    }
+
+    const char* take_dependencies(Words& words) {
+        const std::uint32_t row = words.reference();
+        if (row >= max_estimated) return "there is nothing of that place";
+        plan_.declared[row] = true;
+        while (words.whole() && words.any()) {
+            const std::uint32_t on = words.reference();
+            if (on >= max_estimated) return "there is nothing of that place";
+            plan_.dependent.set(row * max_estimated + on);
+        }
         return nullptr;
     }
 

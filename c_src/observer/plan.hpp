@@ -21,6 +21,8 @@
 //     parameter REFERENCE START SIGMA NOISE NOMINAL READY
 // sensor REFERENCE OUTPUT SIGMA GATE                          OUTPUT 1: of that causality, its derivatives are available
 // bound INDEX MIN MAX                                         of an estimated number: states, unknown, parameters
+//     depends STATE INDEX ...                                     its derivative: on no other states and unknown inputs, with all such
+//                                                                 lines; a state without one: on all
 //     logarithmic INDEX                                           of a parameter, by its place among them: by its logarithm
 //     end                                                         last
 //
@@ -29,6 +31,7 @@
 
 #include "observer/problem.hpp"
 
+#include <bitset>
 #include <cmath>
 #include <cstdint>
 
@@ -55,6 +58,8 @@ struct Plan {
     double sensor_sigma[max_channels_used], gate_nis[max_channels_used];
     double min[max_estimated], max[max_estimated];
     std::uint8_t logarithmic[max_estimated] = {};
+    bool declared[max_estimated] = {}; // rows of dependencies
+    std::bitset<max_estimated * max_estimated> dependent;
 
     Plan() {
         for (int i = 0; i < max_estimated; ++i) {
@@ -67,6 +72,8 @@ struct Plan {
         return {start,       start_sigma,  noise,    nominal, ready_sigma, time_constant_s,
                 input_start, sensor_sigma, gate_nis, min,     max,         logarithmic};
     }
+
+    bool depends(int derivative, int on) const { return !declared[derivative] || dependent[derivative * max_estimated + on]; }
 
     // From folder/observer.plan. False: why says in which line.
     bool read(const char* folder, Refusal& why);

@@ -14,6 +14,7 @@ enum class Variable { state, unknown_input, parameter };
 constexpr int functions = 2, variables = 3; // that have derivatives
 
 struct Refusal;
+class Dependencies;
 
 struct Point {
     double t_s;
@@ -57,8 +58,12 @@ public:
     // Whether it offers the derivatives of a function by a kind of variable.
     virtual bool offers(Function function, Variable variable) const = 0;
     // Writes the requested columns of J (rows of the function, columns of X, row-major). Only offered blocks are
-    // requested.
-    virtual Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, double* J) = 0;
+    // requested. Of derivatives of states only the dependent elements are needed.
+    virtual Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, const Dependencies& dependencies,
+                            double* J) = 0;
+    // Whether the derivative of a state may depend on a state or an unknown input, by its place in X; declares: any does not.
+    virtual bool declares_dependencies() const { return false; }
+    virtual bool depends(int /*derivative*/, int /*on*/) const { return true; }
 
     // Events. The discrete state changes in event only; between events the values depend on it and on the arguments.
     // An event occurs where an indicator leaves its domain, z > 0 or z <= 0, at a time announced by the previous event, and with

@@ -66,11 +66,10 @@ int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx
     std::copy_n(x, p.moving, X);
     std::copy_n(run.part + layout().parameters, p.sizes.parameters, X + p.moving);
     const Point here = point_of(*run.s, run.begin_s + s, X);
-    double* out = dx ? dx : work_->A;
     const Answer answer = dx ? plant_->evaluate(Function::derivatives, here, dx)
                              : work_->linearisation.jacobian(*plant_, Function::derivatives, here, work_->A);
-    if (!ask(answer, Function::derivatives, here.t_s, out, dx ? p.n : p.n * p.N))
-        return int(answer == Answer::ok ? Answer::elsewhere : answer);
+    const bool fine = dx ? ask(answer, Function::derivatives, here.t_s, dx, p.n) : ask_A(answer, here.t_s);
+    if (!fine) return int(answer == Answer::ok ? Answer::elsewhere : answer);
     if (dx) {
         for (int i = p.n; i < p.moving; ++i) dx[i] = -p.decay_1_s[i - p.n] * x[i];
         return 0;

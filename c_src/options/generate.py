@@ -1,8 +1,8 @@
 """Writes what follows from the option lists: the public headers and the tables of the library.
 
-    ./run generate      after a change of a list; a test tells when it was forgotten
+    ./run generate      after a change of a list; a test fails when it was forgotten
 
-A list, NAME.toml beside this file, is the one place that knows an option of hnav_NAME_options:
+A list, NAME.toml beside this file, is the one place that defines an option of hnav_NAME_options:
 
     name, number, text      what the struct is called, the number of the list in its stamp, what it is
     [presets]               choices: which choices name the presets; NAME.text, NAME.values: what differs from the defaults
@@ -312,7 +312,7 @@ def literal(text: str) -> str:
 
 
 def prose(text: str) -> str:
-    """What nobody but a reader needs."""
+    """What only a reader needs."""
     return f"text({literal(text)})"
 
 
@@ -387,8 +387,8 @@ def lists_header(specs: list[OptionList]) -> str:
     return (
         f"// {MADE.format('the lists')}\n#pragma once\n\n"
         f'#include "base/option_list.hpp"\n#include "base/small.hpp"\n\nnamespace hnav {{\n\n{lines}\n'
-        "// What a reader is told; the small build has no room for it.\n"
-        'constexpr const char* text(const char* told) { return small_build ? "" : told; }\n\n'
+        "// Descriptions for a reader; the small build has no room for them.\n"
+        'constexpr const char* text(const char* description) { return small_build ? "" : description; }\n\n'
         "} // namespace hnav\n"
     )
 

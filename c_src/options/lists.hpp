@@ -18,7 +18,7 @@ extern const OptionList aid_sensor_options;
 extern const OptionList aircraft_options;
 extern const OptionList observer_options;
 
-// What a reader is told; the small build has no room for it.
-constexpr const char* text(const char* told) { return small_build ? "" : told; }
+// Descriptions for a reader; the small build has no room for them.
+constexpr const char* text(const char* description) { return small_build ? "" : description; }
 
 } // namespace hnav

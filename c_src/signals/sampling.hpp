@@ -16,7 +16,7 @@ inline double interval_of_sample(double since_s, double usual_s, double max_inte
     return std::min(is_gap(since_s, usual_s) ? usual_s : since_s, max_interval_s);
 }
 
-// The usual time between two samples after one that came since_s after the last.
+// The usual time between two samples of which the second came since_s after the first.
 inline double usual_interval(double since_s, double usual_s) {
     if (!(since_s > 0)) return usual_s;
     if (!(usual_s > 0)) return since_s;

@@ -129,11 +129,11 @@ void AidSensor::read_satellites(double t_s, double k, const Vehicle::Seen& truth
     }
     const earth::Place seen = earth::place_of(earth::position_of(truth.place) + axes_n * off);
     // A receiver uses the north of its stated position, which differs from that of its true position near a pole.
-    const Vector3 told = earth::axes_at(seen).transpose() * (axes_n * velocity);
+    const Vector3 measured = earth::axes_at(seen).transpose() * (axes_n * velocity);
     value[0] = seen.latitude_rad;
     value[1] = seen.longitude_rad;
     value[2] = seen.height_m;
-    for (int i = 0; i < 3; ++i) value[3 + i] = told[i];
+    for (int i = 0; i < 3; ++i) value[3 + i] = measured[i];
 }
 
 double AidSensor::read_pressure(double k, const Vehicle::Seen& truth) const {

@@ -286,6 +286,39 @@ TEST(Ahrs, AMeanForceOfAnotherLengthThanAtRestIsAnAcceleration) {
     EXPECT_FALSE(cheap.may_accelerate(g)); // the bias of its accelerometer was seen at rest
 }
 
+TEST(Ahrs, AVelocityThatNoLongerCountsGoesOnUnlessARestHasEndedIt) {
+    constexpr double g = 9.80665, T = 0.035;
+    for (const bool rests : {false, true}) {
+        LastingMotion<double> motion{};
+        motion.begin(0.1);
+        for (int k = 0; k < 200; ++k) motion.note(T * Vector3(2, 0, -g), 1e-4, g, T);
+        motion.uncount();
+        double released2 = 0;
+        for (int k = 0; k < 30; ++k) {
+            if (rests) motion.settle(g, T);
+            else for (double& p : motion.power) p *= 0.9;
+            for (double& n : motion.now) n *= 0.9;
+            released2 += motion.uncount();
+        }
+        if (rests) EXPECT_EQ(released2, 0);
+        else EXPECT_GT(released2, 10);
+    }
+}
+
+TEST(Ahrs, ABodyThatGoesFarMaySinkWithoutItsHorizonBeingWrong) {
+    constexpr double g = 9.80665, for_s = 4, bank = 25 * M_PI / 180;
+    const auto ratio = [&](double velocity2) {
+        LastingMotion<double> motion{};
+        motion.begin(0);
+        motion.power[1] = velocity2;
+        motion.force_s = for_s;
+        Eigen::Map<Vector3>(motion.force) = for_s * g * Vector3(std::sin(bank), 0, -std::cos(bank));
+        return motion.wrong_horizon(g);
+    };
+    EXPECT_GT(ratio(0), 100);
+    EXPECT_LT(ratio(900), 1);
+}
+
 TEST(Ahrs, AFieldThatIsTheSameEverywhereTellsTheHeadingBetterThanOneOfARoom) {
     const auto heading_sigma = [](double iron) {
         const AhrsModel model(settings());

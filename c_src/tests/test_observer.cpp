@@ -320,9 +320,9 @@ TEST(Observer, StatesItsErrorsOfVanDerPol) {
 }
 
 TEST(Observer, OwnDerivativesAndDifferencesAgree) {
-    Given told = oscillator(), differences = oscillator();
-    told.plant.derivatives_jacobian = van_der_pol_jacobian;
-    Observer a(told), b(differences);
+    Given offered = oscillator(), differences = oscillator();
+    offered.plant.derivatives_jacobian = van_der_pol_jacobian;
+    Observer a(offered), b(differences);
     EXPECT_TRUE(a.proof(HNAV_DERIVATIVES_BY_STATES).exact);
     EXPECT_FALSE(b.proof(HNAV_DERIVATIVES_BY_STATES).offered);
     VanDerPol truth(5);

@@ -80,7 +80,8 @@ struct WithWish final : hnav::observer::Plant {
         return Answer::ok;
     }
     bool offers(hnav::observer::Function, hnav::observer::Variable) const override { return false; }
-    Answer jacobian(hnav::observer::Function, const bool (&)[hnav::observer::variables], const Point&, double*) override {
+    Answer jacobian(hnav::observer::Function, const bool (&)[hnav::observer::variables], const Point&,
+                    const hnav::observer::Dependencies&, double*) override {
         return Answer::broken;
     }
     Answer event(const Point&, double* x, double* next_s) override {

@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_mistaken_ = refusal_logged_ = judged_ = false;
+    said_lost_ = said_mistaken_ = said_implausible_ = refusal_logged_ = judged_ = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -281,6 +281,10 @@ void Instance::say_what_was_lost(double apart_s) {
     if (const char* why = refusal_logged_ ? nullptr : model_->refused()) {
         refusal_logged_ = true;
         fail("warning: %s; such samples are not used", why);
+    }
+    if (const char* why = said_implausible_ ? nullptr : model_->implausible()) {
+        said_implausible_ = true;
+        fail("warning: %s", why);
     }
     if (said_lost_) return;
     const Lost lost = model_->lost();

@@ -104,6 +104,8 @@ public:
     virtual const char* mistaken() const { return nullptr; }
     // Why the first sample was refused whose value no sensor can have, such as a latitude in degrees; null when none was.
     virtual const char* refused() const { return nullptr; }
+    // Why the samples seem to have another unit than the inputs declare; null while they do not.
+    virtual const char* implausible() const { return nullptr; }
     // What a user should know of the run so far, if anything, goes into what; false while it is too early.
     virtual bool judge(Message* /*what*/) { return true; }
     // The next time at which samples are due, or taken ones act, without a change of the inputs; infinity if none.

@@ -3,6 +3,7 @@
 
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
+#include "adapter/unit_check.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
 #include "attitude_filter/outputs.hpp"
@@ -17,6 +18,7 @@ struct FilterMemory : EstimateMemory<Inputs::sensors> {
     double was_realigned; // in Model Exchange: the importer's states are still to be
     double now_s;         // of the last step
     double behind;        // 1: outputs that look ahead to now_s are still to be brought there
+    UnitCheck units;
 };
 
 template <class Kind>
@@ -67,6 +69,8 @@ public:
 
     Lost lost() const override { return memory_.sampled.lost(name_of); }
     const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
+
+    const char* implausible() const override { return memory_.units.finding(); }
 
     // A gamma that is infeasible from the first corrections on stays so.
     bool judge(Message* what) override {
@@ -120,8 +124,8 @@ private:
 
     hnav_status push(int s, double t_s, const double* value) {
         switch (s) {
-        case HNAV_SENSOR_GYRO: return hnav_filter_push_gyro(object_, t_s, value);
-        case HNAV_SENSOR_ACCEL: return hnav_filter_push_accel(object_, t_s, value);
+        case HNAV_SENSOR_GYRO: memory_.units.take_rate(t_s, value); return hnav_filter_push_gyro(object_, t_s, value);
+        case HNAV_SENSOR_ACCEL: memory_.units.take_force(value); return hnav_filter_push_accel(object_, t_s, value);
         case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
         default: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
         }

@@ -22,7 +22,7 @@ struct Inputs {
         for (int s = 0; s < sensors; ++s) describe_sensor(table, s);
         reset = table.add(rows::reset_command());
         realign = table.add(
-            rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start anew, keep the gyro bias"));
+            rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start again, keep the gyro bias"));
         const Choices presets = Kind::presets();
         preset = -1;
         if (presets.count > 1) {

@@ -223,7 +223,7 @@ private:
         describe_sensor_health<HNAV_SENSOR_ACCEL>(table, "accel");
         describe_sensor_health<HNAV_SENSOR_MAG>(table, "mag");
         health_.add<&Health::lost>(table,
-                                   output("health.lost", Type::boolean, "The attitude is being found anew: nothing is ready"));
+                                   output("health.lost", Type::boolean, "The attitude is searched again: nothing is ready"));
         health_.add<&Health::times_lost>(
             table, output("health.times_lost", Type::integer, "Times that the attitude was found wrong, or a gap too long"));
         health_.add<&Health::clock_jumps>(
@@ -267,7 +267,7 @@ private:
 
     static Choice sensor_state(const void*, int k) {
         constexpr Choice states[] = {
-            {"ok", "Its samples are believed"},
+            {"ok", "Its samples are used"},
             {"late", "Within the last second a sample was refused: older than the committed estimate"},
             {"outlier", "Within the last second a sample lay far from those beside it"},
             {"stuck", "An axis repeats one value although the body moves"},

@@ -2,6 +2,7 @@
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
 #include "adapter/state_rows.hpp"
+#include "adapter/unit_check.hpp"
 #include "ins/inputs.hpp"
 #include "ins/outputs.hpp"
 
@@ -13,6 +14,7 @@ using InsCalls = FilterCalls<hnav_filter_state_size, hnav_filter_save, hnav_filt
 struct InsMemory : EstimateMemory<ins_inputs> {
     double force[3]; // of the newest sample of the accelerometer
     double has_force;
+    UnitCheck units;
 };
 
 class InsModel final : public EstimateModel<InsCalls, InsMemory> {
@@ -49,6 +51,8 @@ public:
     Lost lost() const override { return memory_.sampled.lost(name_of); }
     const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
 
+    const char* implausible() const override { return memory_.units.finding(); }
+
     bool advance(double t_s, Message* why) override { return done(hnav_filter_advance(object_, t_s), why); }
 
     void refresh(double* values, unsigned groups) override { out_.refresh(object_, groups, memory_.sampled.missed, values); }
@@ -78,9 +82,12 @@ private:
         case in_accel:
             std::memcpy(memory_.force, value, sizeof memory_.force);
             memory_.has_force = 1;
+            memory_.units.take_force(value);
             return HNAV_OK;
         // A rate takes the newest force along: the library wants both at once.
-        case in_gyro: return memory_.has_force != 0 ? hnav_filter_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;
+        case in_gyro:
+            memory_.units.take_rate(t_s, value);
+            return memory_.has_force != 0 ? hnav_filter_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;
         case in_position: return hnav_filter_push_position(object_, t_s, value[0], value[1], value[2], value + 3);
         case in_velocity: return hnav_filter_push_velocity(object_, t_s, value, value + 3);
         case in_pressure: return hnav_filter_push_pressure(object_, t_s, value[0], value[1]);

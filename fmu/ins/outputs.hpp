@@ -202,7 +202,7 @@ private:
                                    output("count.late", Type::integer, "Samples refused: older than the committed estimate"));
         counts_.add<&Counts::non_finite>(table, output("count.non_finite", Type::integer, "Samples refused for their numbers"));
         counts_.add<&Counts::times_lost>(
-            table, output("count.lost", Type::integer, "The start or the search for the heading began anew"));
+            table, output("count.lost", Type::integer, "The start or the search for the heading began again"));
         counts_.add<&Counts::missed>(table, output("count.missed", Type::integer, "Samples that no communication point met"));
         counts_.add<&Counts::mean_nis>(
             table, output("nis.mean", "", "", "Mean of the last NIS over their dimensions; above 1 the sigmas are too small"));

@@ -28,7 +28,7 @@ public:
         const hnav_aircraft_model model = at_.parameters.model(values);
         const hnav_aircraft_options plant_options = at_.parameters.options(values);
         clear();
-        // The plant knows what its filter has to assume.
+        // The plant has the values that its filter has to assume.
         hnav_aircraft* plant;
         if (hnav_aircraft_create(&plant, &plant_options, &model, why->text, sizeof why->text) != HNAV_OK) return false;
         auto filter_model = hnav_sized<hnav_ins_error_model>();
@@ -120,7 +120,7 @@ private:
         for (int i = 0; i < nx; ++i) z[i] = NAN;
     }
 
-    // One that is no number leaves the control before it in force.
+    // A control that is not a number leaves the one before it in force.
     void take_controls(const double* u) {
         for (int j = 0; j < nu; ++j)
             if (std::isfinite(u[j])) memory_.u[j] = u[j];

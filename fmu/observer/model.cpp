@@ -44,7 +44,7 @@ public:
         const char* slash = length > 0 && std::strchr("/\\", resources[length - 1]) ? "" : "/";
         if (length == 0 || std::snprintf(folder_, sizeof folder_, "%s%splant", resources, slash) >= int(sizeof folder_)) {
             std::snprintf(why->text, sizeof why->text,
-                          "the importer tells no folder of resources, or one of more than 1000 characters");
+                          "the importer gives no folder of resources, or one of more than 1000 characters");
             return false;
         }
         std::snprintf(path, sizeof path, "%s%svariables.txt", resources, slash);
@@ -57,7 +57,7 @@ public:
         if (!check_periods(values, why) || !make_observer(values, start_s, why)) return false;
         if (!fits_the_plan()) {
             std::snprintf(why->text, sizeof why->text,
-                          "variables.txt and observer.plan do not belong together: export the FMU anew");
+                          "variables.txt and observer.plan do not belong together: export the FMU again");
             return false;
         }
         memory_.start_s = start_s;
@@ -164,7 +164,7 @@ public:
         if (!is_snapshot(saved, bytes)) return true;
         std::snprintf(
             why->text, sizeof why->text,
-            "the plant cannot write down what it remembers: export it with canSerializeFMUstate, and the observer anew; "
+            "the plant cannot write down what it remembers: export it with canSerializeFMUstate, and the observer again; "
             "GetFMUState and SetFMUState work as they are");
         return false;
     }

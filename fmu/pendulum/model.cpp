@@ -93,7 +93,7 @@ public:
 
     // ------------------------------------------------------------------------------------------------ time
 
-    // One that is no number leaves the drive before it in force.
+    // A drive that is not a number leaves the one before it in force.
     bool take_samples(double* values, double) override {
         if (std::isfinite(values[drive_])) memory_.drive = values[drive_];
         return true;

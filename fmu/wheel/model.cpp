@@ -25,9 +25,8 @@ private:
 
 } // namespace
 
-constexpr ModelInfo model_info =
-    sensor_info(HNAV_FMU_NAME, "Speed by wheels of a size that nobody knows: truth to samples with counters and time stamps",
-                HNAV_FMU_CLOCKS != 0);
+constexpr ModelInfo model_info = sensor_info(
+    HNAV_FMU_NAME, "Speed by wheels of uncertain size: truth to samples with counters and time stamps", HNAV_FMU_CLOCKS != 0);
 Model* make_model() { return new Wheel; }
 
 } // namespace hnav::fmu

@@ -32,7 +32,7 @@ from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, Plausibilit
 if TYPE_CHECKING:
     from hnav.filters.attitude import Filter
     from hnav.filters.attitude_answers import Run
-    from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, read_calibration, write_calibration
+    from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer
     from hnav.filters.declination import declination_rad
     from hnav.filters.ins import Ins
     from hnav.filters.ins_aids import Aids
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from hnav.filters.plant import Plant
     from hnav.io.readers import read
     from hnav.io.recordings import Recording
+    from hnav.io.sensors import read_grade, write_sensor
     from hnav.reports.runs import plot_run, report_run
 
 __version__ = "0.2.0"
@@ -76,10 +77,10 @@ __all__ = [
     "declination_rad",
     "plot_run",
     "read",
-    "read_calibration",
+    "read_grade",
     "read_plan",
     "report_run",
-    "write_calibration",
+    "write_sensor",
 ]
 
 _HOME = {
@@ -104,10 +105,10 @@ _HOME = {
     "declination_rad": "filters.declination",
     "plot_run": "reports.runs",
     "read": "io.readers",
-    "read_calibration": "filters.calibration",
+    "read_grade": "io.sensors",
     "read_plan": "filters.observer_plan",
     "report_run": "reports.runs",
-    "write_calibration": "filters.calibration",
+    "write_sensor": "io.sensors",
 }
 
 

@@ -30,9 +30,9 @@ from hnav.filters.options import Options
 from hnav.reports.colours import FAINT, INK, SKY
 from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study
-from studies.peers import PEERS, Told
+from studies.peers import PEERS, Assumed
 from studies.processes import in_order
-from studies.robust import DIRECTION_NOISE, FIELD_N, GYRO_NOISE, TOLD, WALK, Run, Scenario, errors_of, simulate
+from studies.robust import ASSUMED, DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Run, Scenario, errors_of, simulate
 
 ERRORS_DEG = (5.0, 20.0, 45.0, 90.0, 135.0, 170.0, 179.0)
 CLAIMS_DEG = (5.0, 30.0, 100.0)
@@ -84,7 +84,7 @@ def options_of(name: str, start: Rotation, claim_deg: float) -> Options:
         "start_mode": "attitude", "start_q_nb": start.as_quat()[[3, 0, 1, 2]].tolist(), "solver": "closed_form",
         "start_sigma_tilt_rad": TILT_RAD, "start_sigma_heading_rad": np.radians(claim_deg),
     }  # fmt: skip
-    return Options("ahrs", **begin) if name == "AHRS" else Options("hrekf", **TOLD | HREKF[name] | begin)
+    return Options("ahrs", **begin) if name == "AHRS" else Options("hrekf", **ASSUMED | HREKF[name] | begin)
 
 
 def ours(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: float) -> list[np.ndarray]:
@@ -99,8 +99,8 @@ def ours(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: 
 
 
 def theirs(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: float) -> list[np.ndarray]:
-    told = Told(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, TILT_RAD, np.radians(claim_deg), BIAS_RAD_S)
-    return list(errors_of(PEERS[name], runs, starts, told))
+    assumed = Assumed(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, TILT_RAD, np.radians(claim_deg), BIAS_RAD_S)
+    return list(errors_of(PEERS[name], runs, starts, assumed))
 
 
 @cache

@@ -30,7 +30,7 @@ from hnav.reports.plots import figure, save
 from studies.command import WORKERS, Workers, study, titled_table
 from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
 from studies.processes import in_order
-from studies.robust import SETTLED_S, TOLD, Run
+from studies.robust import ASSUMED, SETTLED_S, Run
 
 RATES_1_S = (0.03, 0.1, 0.3, 0.75, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0)
 MODES = ("relative", "kl")
@@ -58,7 +58,7 @@ def options_of(mode: str, rate_1_s: float, start: Rotation, claim_rad: float) ->
         "start_sigma_tilt_rad": TILT_RAD,
         "start_sigma_heading_rad": claim_rad,
     }
-    return Options("hrekf", **TOLD | law | begin)
+    return Options("hrekf", **ASSUMED | law | begin)
 
 
 def attitude_error_deg(q_nb: np.ndarray, truth: Rotation) -> np.ndarray:
@@ -83,14 +83,14 @@ def measured(case: tuple[str, float], seeds: int) -> Law:
     errors, sigmas, seconds, ratios = [], [], [], []
     for seed, run in enumerate(runs):
         near = start_of(run, seed, 0.0)
-        told = options_of(mode, rate, near, TILT_RAD)
-        made = Filter(told).run(run.t_s, run.rate, run.force, run.field)
+        chosen = options_of(mode, rate, near, TILT_RAD)
+        made = Filter(chosen).run(run.t_s, run.rate, run.force, run.field)
         settled = run.t_s >= SETTLED_S
         errors.append(np.mean(attitude_error_deg(made.q_nb, run.attitude)[settled] ** 2))
         sigmas.append(np.mean(np.sum(np.degrees(made.sigma_rad[settled]) ** 2, axis=1)))
         far = Filter(options_of(mode, rate, start_of(run, seed, ERROR_DEG), np.radians(CLAIM_DEG)))
         seconds.append(settles(attitude_error_deg(far.run(run.t_s, run.rate, run.force, run.field).q_nb, run.attitude)))
-        ratios.append(ratio(run, told))
+        ratios.append(ratio(run, chosen))
     attenuations, bounds = np.array(ratios).T
     return Law(mode, rate, float(np.sqrt(np.mean(errors))), float(np.sqrt(np.mean(sigmas))), float(np.median(seconds)),
                float(np.median(attenuations)), float(attenuations.max()), float(bounds.min()))  # fmt: skip

@@ -1,6 +1,8 @@
 """Whether the bounds that hnav noise states hold: sensors at rest with known white noise, 1/f noise and random walk.
 
-./run study noise [--sensors 200] [--minutes 10]
+./run study noise [DIR] [--sensors 200] [--minutes 10]
+
+Then one sensor of each grade by recordings of ten minutes and of six hours, and the chip of BROAD by the still parts of its trials.
 """
 
 from __future__ import annotations
@@ -12,16 +14,20 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, show
+from hnav.cli.console import bar, say, show
+from hnav.cli.noise import figures_table, untold
 from hnav.filters.noise import TERMS, noise_of
+from hnav.io.readers import read
+from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from studies.command import study
+from studies.command import Trials, study, titled_table
 
 DEG = np.pi / 180
 GRADES = {"consumer": (7e-3 * DEG, 10 * DEG / 3600, 20 * DEG / 3600 / 60), "industrial": (3e-3 * DEG, 5 * DEG / 3600, 5 * DEG / 3600 / 60),
           "wandering": (2e-3 * DEG, 15 * DEG / 3600, 150 * DEG / 3600 / 60)}  # fmt: skip
 """Of gyroscopes: rad/s/sqrt(Hz), rad/s, rad/s/sqrt(s)."""
+LENGTHS_S = {"10 min": 600.0, "6 h": 6 * 3600.0}
 
 
 def noise(rng: np.random.Generator, n: int, interval_s: float, white: float, instability: float, walk: float) -> Array:
@@ -48,7 +54,7 @@ class Bounds:
 
     held: float
     """Share of the true values that lie within 95 %."""
-    told: float
+    stated: float
     """Share of which more than an upper limit is stated."""
     ratio: float
     """Median of the estimates over the true value."""
@@ -59,14 +65,30 @@ def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, Bounds]:
     found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):
-        low, high, value, told = (
+        low, high, value, stated = (
             np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_measured")
         )
-        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(told.mean()), float(np.median(value) / true))
+        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(stated.mean()), float(np.median(value) / true))
     return made
 
 
+def by_length() -> Table:
+    """A row for each grade, parameter and length: the true value, and for the first axis its estimate with its bounds, or an upper limit."""
+    table = titled_table(
+        "one gyroscope of each grade, axis x, SI units", "grade | parameter | recording", "true | estimate | 95 %"
+    )
+    for grade, true in GRADES.items():
+        found = {length: noise_of([at_rest(0, grade, length_s)])["gyro"].terms for length, length_s in LENGTHS_S.items()}
+        for name, value in zip(TERMS, true):
+            for length, terms in found.items():
+                low, high = terms[name].low[0], terms[name].high[0]
+                stated = f"{terms[name].value[0]:.3g}" if terms[name].is_measured[0] else f"< {high:.3g}"
+                table.add_row(grade, name, length, f"{value:.3g}", stated, f"{low:.3g} to {high:.3g}")
+    return table
+
+
 def command(
+    folder: Trials = None,
     sensors: Annotated[int, typer.Option(min=1, help="Of each grade")] = 200,
     minutes: Annotated[float, typer.Option(min=1.0, help="Of each recording")] = 10.0,
 ) -> None:
@@ -77,9 +99,15 @@ def command(
         task = progress.add_task("grades", total=len(GRADES))
         for grade in GRADES:
             for name, of in bounds(grade, sensors, 60 * minutes).items():
-                table.add_row(grade, name, f"{of.held:.1%}", f"{of.told:.0%}", f"{of.ratio:.2f}")
+                table.add_row(grade, name, f"{of.held:.1%}", f"{of.stated:.0%}", f"{of.ratio:.2f}")
             progress.advance(task)
     show(table)
+    show(by_length())
+    if folder is not None:
+        of_trials = noise_of([read(path) for path in find_trials(folder).values()])
+        show(figures_table(of_trials, "BROAD: still parts of all trials"))
+        for line in untold(of_trials):
+            say(line)
 
 
 main = study("noise", command)

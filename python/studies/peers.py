@@ -24,7 +24,7 @@ UP = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True)
-class Told:
+class Assumed:
     """Noise and start of every peer."""
 
     gyro_noise: float  # rad/sqrt(s)
@@ -61,21 +61,21 @@ def swap(M: np.ndarray) -> np.ndarray:
     return np.swapaxes(M, -1, -2)
 
 
-def begin(q_start: Rotation, told: Told, body_axes: bool) -> State:
+def begin(q_start: Rotation, assumed: Assumed, body_axes: bool) -> State:
     """q_start: N attitudes, wrong by the error of the start."""
     R = q_start.as_matrix()
     P = np.zeros((len(R), 6, 6))
-    rotation = np.diag([told.sigma_tilt_rad**2, told.sigma_tilt_rad**2, told.sigma_heading_rad**2])
+    rotation = np.diag([assumed.sigma_tilt_rad**2, assumed.sigma_tilt_rad**2, assumed.sigma_heading_rad**2])
     P[:, :3, :3] = swap(R) @ rotation @ R if body_axes else rotation
-    P[:, 3:, 3:] = told.sigma_bias_rad_s**2 * np.eye(3)
+    P[:, 3:, 3:] = assumed.sigma_bias_rad_s**2 * np.eye(3)
     return State(R, np.zeros((len(R), 3)), P)
 
 
-def noise_of(told: Told, T: float) -> np.ndarray:
-    return T * np.diag([told.gyro_noise**2] * 3 + [told.walk**2] * 3)
+def noise_of(assumed: Assumed, T: float) -> np.ndarray:
+    return T * np.diag([assumed.gyro_noise**2] * 3 + [assumed.walk**2] * 3)
 
 
-def flow(s: State, rate: np.ndarray, T: float, told: Told, body_axes: bool) -> None:
+def flow(s: State, rate: np.ndarray, T: float, assumed: Assumed, body_axes: bool) -> None:
     """Over an interval in which the rate is held; the noise of the rotation is isotropic, the same in both axes."""
     turn = turned(T * (rate - s.b))
     F = np.broadcast_to(np.eye(6), s.P.shape).copy()
@@ -84,7 +84,7 @@ def flow(s: State, rate: np.ndarray, T: float, told: Told, body_axes: bool) -> N
     else:
         F[:, :3, 3:] = -T * s.R_nb
     s.R_nb = s.R_nb @ turn
-    s.P = F @ s.P @ swap(F) + noise_of(told, T)
+    s.P = F @ s.P @ swap(F) + noise_of(assumed, T)
 
 
 def correct(s: State, y: np.ndarray, H: np.ndarray, expected: np.ndarray, variance: float, body_axes: bool, robust: bool) -> None:
@@ -116,17 +116,17 @@ def apply(s: State, x: np.ndarray, body_axes: bool) -> None:
     s.b = s.b + x[:, 3:]
 
 
-Peer = Callable[[np.ndarray, np.ndarray, float, Rotation, Told], np.ndarray]
-"""(rate N x n x 3, y N x n x 6: force and field in units of their lengths, T, N starts, told): N x n x 3 x 3, body to navigation."""
+Peer = Callable[[np.ndarray, np.ndarray, float, Rotation, Assumed], np.ndarray]
+"""(rate N x n x 3, y N x n x 6: force and field in units of their lengths, T, N starts, assumed): N x n x 3 x 3, body to navigation."""
 
 
 def extended(body_axes: bool, robust: bool = False) -> Peer:
-    def run(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, told: Told) -> np.ndarray:
-        s = begin(q_start, told, body_axes)
-        known = np.stack([UP, told.field_n])  # of force and field
+    def run(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, assumed: Assumed) -> np.ndarray:
+        s = begin(q_start, assumed, body_axes)
+        known = np.stack([UP, assumed.field_n])  # of force and field
         found = [s.R_nb]
         for k in range(1, rate.shape[1]):
-            flow(s, rate[:, k - 1], T, told, body_axes)
+            flow(s, rate[:, k - 1], T, assumed, body_axes)
             seen = known @ s.R_nb  # N x 2 x 3: R' r
             H = np.zeros((len(s.b), 6, 6))
             if body_axes:
@@ -136,21 +136,21 @@ def extended(body_axes: bool, robust: bool = False) -> Peer:
                 H[:, :, :3] = cross(known).reshape(6, 3)
                 measured = (y[:, k].reshape(-1, 2, 3) @ swap(s.R_nb)).reshape(-1, 6)
                 expected = np.broadcast_to(known.ravel(), measured.shape)
-            correct(s, measured, H, expected, told.direction_noise**2 / T, body_axes, robust)
+            correct(s, measured, H, expected, assumed.direction_noise**2 / T, body_axes, robust)
             found.append(s.R_nb)
         return np.stack(found, axis=1)
 
     return run
 
 
-def unscented(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, told: Told) -> np.ndarray:
-    s = begin(q_start, told, True)
-    known = np.stack([UP, told.field_n])
+def unscented(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, assumed: Assumed) -> np.ndarray:
+    s = begin(q_start, assumed, True)
+    known = np.stack([UP, assumed.field_n])
     n, kappa = 6, -3.0  # n + kappa = 3, as for normal errors; the middle weight is negative, so P is floored
     weight = np.r_[kappa / (n + kappa), np.full(2 * n, 0.5 / (n + kappa))]
     found = [s.R_nb]
     for k in range(1, rate.shape[1]):
-        root = np.linalg.cholesky((n + kappa) * (s.P + 0.5 * noise_of(told, T)))
+        root = np.linalg.cholesky((n + kappa) * (s.P + 0.5 * noise_of(assumed, T)))
         x = np.concatenate([np.zeros((len(s.b), 1, 6)), swap(root), -swap(root)], axis=1)
         R = s.R_nb[:, None] @ turned(x[..., :3])
         bias = s.b[:, None] + x[..., 3:]
@@ -161,8 +161,8 @@ def unscented(rate: np.ndarray, y: np.ndarray, T: float, q_start: Rotation, told
         z = (known @ R).reshape(*R.shape[:2], 6)
         expected = np.einsum("p,npi->ni", weight, z)
         dx, dz = x - mean[:, None], z - expected[:, None]
-        P = floored(np.einsum("p,npi,npj->nij", weight, dx, dx) + 0.5 * noise_of(told, T))
-        S = floored(np.einsum("p,npi,npj->nij", weight, dz, dz)) + told.direction_noise**2 / T * np.eye(6)
+        P = floored(np.einsum("p,npi,npj->nij", weight, dx, dx) + 0.5 * noise_of(assumed, T))
+        S = floored(np.einsum("p,npi,npj->nij", weight, dz, dz)) + assumed.direction_noise**2 / T * np.eye(6)
         K = swap(np.linalg.solve(S, swap(np.einsum("p,npi,npj->nij", weight, dx, dz))))
         step = np.einsum("nij,nj->ni", K, y[:, k] - expected)
         s = State(R[:, 0] @ turned(mean[:, :3] + step[:, :3]), mean[:, 3:] + step[:, 3:], floored(P - K @ S @ swap(K)))

@@ -21,6 +21,7 @@ from hnav.io.readers import read, read_aids
 from studies.command import study
 
 NAMES = [f"{kind}{axis}" for kind in "gam" for axis in "xyz"]
+LONG = tuple(zip((0, 3, 6), ("gyroscope", "accelerometer", "magnetometer")))
 Line = Callable[[int, list[float]], str]
 
 
@@ -44,6 +45,12 @@ FORMATS: dict[str, tuple[str, str, str, Line]] = {
     "table": (",".join(["t_s", *NAMES]) + "\n", "\n", "\n", lambda k, row: ",".join([str(k / 100), *map(str, row)])),
     "JSON": ("[", ",", "]", record),
     "JSON lines": ("", "\n", "\n", record),
+    "long": (
+        "time,sensor,x,y,z\n",
+        "\n",
+        "\n",
+        lambda k, row: "\n".join(f"{k / 100},{name},{','.join(map(str, row[i : i + 3]))}" for i, name in LONG),
+    ),
     "serial": ("", "\n", "\n", lambda k, row: ",".join([f"ms:{10 * k}", *(f"{name}:{v}" for name, v in zip(NAMES, row))])),
     "NMEA": ("", "\n", "\n", sentence),
 }

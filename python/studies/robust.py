@@ -25,7 +25,7 @@ from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from studies import larger_q
 from studies.command import check_choices, study
-from studies.peers import PEERS, Peer, Told, swap
+from studies.peers import PEERS, Assumed, Peer, swap
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
 FIELD_N = 5e-5 * np.array([np.cos(1.1), 0, np.sin(1.1)])
@@ -46,16 +46,16 @@ class Scenario:
     iron: float = 0.0  # hard iron on each axis, in field strengths
 
 
-AS_TOLD = "as told"
+AS_ASSUMED = "as assumed"
 SCENARIOS = {
-    AS_TOLD: Scenario(),
+    AS_ASSUMED: Scenario(),
     "gyro noise x 10": Scenario(noise_factor=10),
     "bias walk x 100": Scenario(walk=100 * WALK),
     "bias ramp": Scenario(ramp_rad_s2=2e-3),
     "gyro scale 1 %": Scenario(scale=0.01),
 }
 MEASUREMENTS = {
-    AS_TOLD: Scenario(),
+    AS_ASSUMED: Scenario(),
     "2 % outliers": Scenario(outliers=0.02),
     "10 % outliers": Scenario(outliers=0.1),
     "heavy tails": Scenario(heavy_tails=True),
@@ -63,7 +63,7 @@ MEASUREMENTS = {
     "iron 5 %": Scenario(iron=0.05),
     "bias walk x 100": SCENARIOS["bias walk x 100"],
 }
-TOLD: dict[str, Any] = {
+ASSUMED: dict[str, Any] = {
     "gyro_noise_rad_per_sqrt_s": GYRO_NOISE,
     "gyro_bias_walk_rad_s_per_sqrt_s": WALK,
     "accel_noise_per_sqrt_hz": DIRECTION_NOISE,
@@ -81,7 +81,7 @@ TOLD: dict[str, Any] = {
     "start_sigma_bias_rad_s": 0.02,
 }
 FILTERS: dict[str, dict[str, Any]] = {
-    "EKF as told": {},
+    "EKF as assumed": {},
     "HREKF, relative 1.5": {"gamma_mode": "relative", "gamma_relative_rate_1_s": 1.5},
     "HREKF, kl 0.75": {"gamma_mode": "kl", "gamma_kl_rate_1_s": 0.75},
     larger_q.NAME: larger_q.larger_q(WALK),
@@ -132,7 +132,7 @@ def simulate(scenario: Scenario, seed: int, duration_s: float = END_S, rate_hz: 
 def estimate(run: Run, settings: Mapping[str, Any], wrong_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Error of the attitude in deg (n), squared error of the bias (n), and the bias walk at the end. wrong_rad: the start's error."""
     q = (Rotation.from_rotvec(wrong_rad) * run.attitude[0]).as_quat()[[3, 0, 1, 2]]
-    target = Filter(Options("hrekf", **TOLD | {"start_q_nb": q.tolist()} | dict(settings)))
+    target = Filter(Options("hrekf", **ASSUMED | {"start_q_nb": q.tolist()} | dict(settings)))
     found = target.run(run.t_s, run.rate, run.force, run.field)
     seen = Rotation.from_quat(found.q_nb[:, [1, 2, 3, 0]])
     error = np.degrees((seen * run.attitude.inv()).magnitude())
@@ -162,14 +162,14 @@ def settled_rms(scenario: Scenario, filters: Collection[Settings], seeds: int, r
 @cache
 def as_told(seeds: int) -> dict[str, float]:
     """Of every filter by its name, at 100 Hz: what three of the tables show."""
-    return dict(zip(STARTS, settled_rms(SCENARIOS[AS_TOLD], STARTS.values(), seeds)))
+    return dict(zip(STARTS, settled_rms(SCENARIOS[AS_ASSUMED], STARTS.values(), seeds)))
 
 
 def scenarios_table(seeds: int) -> Table:
     table = Table("", *FILTERS, title=f"error after {SETTLED_S:g} s, deg, {seeds} seeds")
-    table.add_row(AS_TOLD, *(f"{as_told(seeds)[name]:.2f}" for name in FILTERS))
+    table.add_row(AS_ASSUMED, *(f"{as_told(seeds)[name]:.2f}" for name in FILTERS))
     for name, scenario in SCENARIOS.items():
-        if name != AS_TOLD:
+        if name != AS_ASSUMED:
             table.add_row(name, *(f"{error:.2f}" for error in settled_rms(scenario, FILTERS.values(), seeds)))
     return table
 
@@ -178,16 +178,16 @@ def peers_rms(scenario: Scenario, seeds: int, rate_hz: float = 100.0) -> list[fl
     """Of the filters of the literature, on the runs of settled_rms."""
     runs = [simulate(scenario, seed, rate_hz=rate_hz) for seed in range(seeds)]
     starts = [Rotation.from_rotvec(start_error(seed)) * run.attitude[0] for seed, run in enumerate(runs)]
-    told = Told(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, 0.05, 0.05, 0.02)
+    assumed = Assumed(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, 0.05, 0.05, 0.02)
     settled = runs[0].t_s >= SETTLED_S
-    return [float(np.sqrt(np.mean(np.square(errors_of(peer, runs, starts, told)[:, settled])))) for peer in PEERS.values()]
+    return [float(np.sqrt(np.mean(np.square(errors_of(peer, runs, starts, assumed)[:, settled])))) for peer in PEERS.values()]
 
 
-def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], told: Told) -> np.ndarray:
+def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], assumed: Assumed) -> np.ndarray:
     """Attitude error of a filter of the literature, seeds x n, deg."""
     rate = np.stack([run.rate for run in runs])
     y = np.stack([np.hstack([run.force / 9.80665, run.field / 5e-5]) for run in runs])
-    R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), told)
+    R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), assumed)
     true = np.stack([run.attitude.as_matrix() for run in runs])
     angle = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
     error_deg: np.ndarray = np.degrees(angle).reshape(len(runs), -1)
@@ -219,14 +219,16 @@ def seconds_to(limit_deg: float, filters: Collection[Settings], seeds: int) -> l
 
 
 def start_table(seeds: int) -> Table:
-    table = Table("", "s to 3 deg", "error as told, deg", title=f"begun 90 deg off in heading with 5 deg claimed, {seeds} seeds")
+    table = Table(
+        "", "s to 3 deg", "error as assumed, deg", title=f"begun 90 deg off in heading with 5 deg claimed, {seeds} seeds"
+    )
     for name, seconds in zip(STARTS, seconds_to(3.0, STARTS.values(), seeds)):
         table.add_row(name, f"{seconds:.2f}", f"{as_told(seeds)[name]:.2f}")
     return table
 
 
 def rates_table(seeds: int, rates_hz: tuple[float, ...] = (25.0, 100.0, 400.0)) -> Table:
-    table = Table("", *(f"{rate:g} Hz" for rate in rates_hz), title=f"error as told, deg, {seeds} seeds")
+    table = Table("", *(f"{rate:g} Hz" for rate in rates_hz), title=f"error as assumed, deg, {seeds} seeds")
     columns = [
         [as_told(seeds)[name] for name in FILTERS] if rate == 100 else settled_rms(Scenario(), FILTERS.values(), seeds, rate)
         for rate in rates_hz
@@ -252,8 +254,8 @@ def adapted(claim: float, seeds: int, rate_hz: float = 50.0) -> Adapted:
     walks, squares = [], []
     for seed in range(seeds):
         run = simulate(Scenario(), seed, ADAPTED_S, rate_hz)
-        told = {"gyro_bias_walk_rad_s_per_sqrt_s": claim * WALK}
-        both = [estimate(run, told | {"adaptation": mode}, start_error(seed)) for mode in ("off", "corrected")]
+        assumed = {"gyro_bias_walk_rad_s_per_sqrt_s": claim * WALK}
+        both = [estimate(run, assumed | {"adaptation": mode}, start_error(seed)) for mode in ("off", "corrected")]
         walks.append(both[1][2] / WALK)
         squares.append([bias for _, bias, _ in both])
     mean = np.mean(squares, axis=0)
@@ -267,7 +269,7 @@ def adapted(claim: float, seeds: int, rate_hz: float = 50.0) -> Adapted:
 
 
 def adaptation_table(seeds: int) -> Table:
-    table = Table("told over true walk", "found over true", "of ten", "bias error", "worst ten seconds",
+    table = Table("assumed over true walk", "found over true", "of ten", "bias error", "worst ten seconds",
                   title=f"adaptation=corrected after {ADAPTED_S:g} s, {seeds} seeds; bias errors over those of the untouched filter")  # fmt: skip
     for claim in CLAIMS:
         a = adapted(claim, seeds)
@@ -297,7 +299,7 @@ def command(
             show(table(seeds), width=160)
     say(
         "The robust law wins against an EKF that nobody tuned and is sooner right after an over-confident start; where the model is wrong "
-        "for long an EKF with a larger Q wins, where it is right the EKF as told."
+        "for long an EKF with a larger Q wins, where it is right the EKF as assumed."
     )
 
 

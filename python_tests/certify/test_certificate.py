@@ -347,7 +347,7 @@ def test_a_linear_law_is_certified_with_its_decay(rate):
 
 
 def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
-    """Its H sees the bias, what no sensor does: the inequality believes it, the equations do not."""
+    """Its H sees the bias, what no sensor does: the inequality depends on it, the equations do not."""
     solver()
     found = certify(invariant_record(0.5), starts=20)
     assert not found.certified

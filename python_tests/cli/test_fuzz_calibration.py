@@ -1,8 +1,7 @@
-"""Calibration files that others wrote, as hnav filter reads them: whole, or refused in one line that names the file."""
+"""Sensor files that others wrote, as hnav filter reads them: whole, or refused in one line that names the file."""
 
 import copy
 import json
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -12,7 +11,8 @@ from hypothesis import strategies as st
 from command_line import hnav
 from fuzzing import DEEP, bounded, damaged, json_values, with_another_value
 from hnav.errors import HnavError
-from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
+from hnav.filters.calibration import calibrate_magnetometer
+from hnav.io.sensors import read_grade, write_sensor
 
 
 @pytest.fixture(scope="module")
@@ -22,20 +22,19 @@ def good(tmp_path_factory) -> dict:
     field = directions / np.linalg.norm(directions, axis=1)[:, None] * 5e-5 + [1e-6, 0, 0]
     path = tmp_path_factory.mktemp("good") / "good.json"
     found = calibrate_magnetometer(field)
-    write_calibration(path, found)
-    read = read_calibration(path)
-    np.testing.assert_array_equal(read.offset, found.offset)
-    assert asdict(read).keys() == asdict(found).keys()
+    write_sensor(path, {"mag": found.correction, "gyro": {"noise": {"value": 7, "unit": "mdeg/s/sqrt(Hz)"}}})
+    np.testing.assert_array_equal(read_grade(path).corrections["mag"].offset, found.offset)
     return json.loads(path.read_text())
 
 
 def read_or_one_line(path) -> None:
     try:
-        found = read_calibration(path)
+        found = read_grade(path)
     except HnavError as error:
         assert "some.json" in str(error) and "\n" not in str(error)
     else:
-        assert np.isfinite(found.apply([1e-5, 0, 0])).all()
+        assert all(np.isfinite(one.apply(np.array([1e-5, 0, 0]))).all() for one in found.corrections.values())
+        assert np.isfinite(list(found.values.values())).all()
 
 
 @bounded
@@ -55,11 +54,11 @@ def test_a_damaged_calibration_is_read_or_refused(good, tmp_path_factory, seed):
     read_or_one_line(path)
 
 
-@pytest.mark.parametrize("text", [DEEP, "{}", "", "\xff", '{"hnav": "magnetometer calibration"}'])
+@pytest.mark.parametrize("text", [DEEP, "{}", "", "\xff", '{"name": "x", "mag": {"calibration": {}}}'])
 def test_a_calibration_that_is_none_is_one_line_of_the_command(tmp_path, text):
     recording, path = tmp_path / "x.csv", tmp_path / "some.json"
     recording.write_text("t_s,gx,gy,gz,ax,ay,az,mx,my,mz\n0,0,0,0,0,0,-9.81,1,0,1\n0.01,0,0,0,0,0,-9.81,1,0,1\n")
     path.write_text(text, encoding="latin-1")
-    done = hnav("filter", recording, "--calibration", path, "--out", tmp_path / "out.csv")
+    done = hnav("filter", recording, "--sensor", path, "--out", tmp_path / "out.csv")
     assert done.returncode == 2 and "some.json" in done.stderr and len(done.stderr.splitlines()) == 1, done.stderr
     assert not (tmp_path / "out.csv").exists()

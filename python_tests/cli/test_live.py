@@ -16,12 +16,16 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 import recorded
 from browser import Tab
 from command_line import hnav
+from driven import as_recording
 from motion import tilted_motion
+from studies.ins.vehicles import vehicle
 
 LOCAL = "127.0.0.1"
 DEADLINE_S = 40
@@ -67,10 +71,10 @@ class Session:
         assert self.process.wait(timeout=DEADLINE_S) == 0, self.said
         return {name: int(n) for name, n in re.findall(r"([a-z][a-z ]*) (\d+)", self.said.splitlines()[-1])}
 
-    def check_same_numbers(self, folder: Path) -> int:
+    def check_same_numbers(self, folder: Path, *options: object) -> int:
         """What hnav filter makes of the recording, number by number as text; how many rows there were."""
         table = folder / "again.csv"
-        done = hnav("filter", self.record, "--out", table, "--force")
+        done = hnav("filter", self.record, "--out", table, "--force", *options)
         assert done.returncode == 0, done.stderr
         rows = list(csv.DictReader(line for line in table.read_text().splitlines() if not line.startswith("#")))
         found = [json.loads(line, parse_float=str, parse_int=str) for line in self.answers]
@@ -213,7 +217,7 @@ def test_mavlink(tmp_path):
                 round(1e6 * t_s) + 1000, *force, *rate, *field, 0, 0, 0, 0, 0x3F | (0x1C0 if i % 4 == 0 else 0)
             )
             link.mav.heartbeat_send(2, 3, 0, 0, 0)
-            time.sleep(0.0005)
+            time.sleep(0.004)  # the buffer of a socket holds half a second of it
         live.wait_for_rows(len(r.t_s))
         live.end()
         link.close()
@@ -222,6 +226,145 @@ def test_mavlink(tmp_path):
     assert float(rows[0][4]) == pytest.approx(r.force_b_m_s2[0, 0], rel=1e-6)
     assert float(rows[0][7]) == pytest.approx(r.field_b_tesla[0, 0], rel=1e-6)
     assert [row[7] == "" for row in rows[:5]] == [False, True, True, True, False]
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """A car with satellites, pressure and wheels, 25 s at 100 Hz, industrial sensors."""
+    return as_recording(vehicle("car", "industrial", 11, 25.0)[0])
+
+
+INS = ("--filter", "ins", "--preset", "industrial")
+
+
+def cells(values) -> str:
+    return ",".join("" if value is None else repr(float(value)) for value in values)
+
+
+def lines_of_drive(drive, fix, empty: str = "") -> list[str]:
+    """A line for each row, and after those that came before a fix the lines that fix(i) makes of it."""
+    lines, due = [], np.searchsorted(drive.t_s, drive.aids["position"].t_s)
+    for row, t_s in enumerate(drive.t_s):
+        lines.append(cells([t_s, *drive.rate_b_rad_s[row], *drive.force_b_m_s2[row]]) + empty)
+        lines += [line for i in np.flatnonzero(due == row) for line in fix(i)]
+    return lines
+
+
+def fix_of(drive, i: int) -> tuple[list[float], list[float]]:
+    """Latitude and longitude in deg, height in m; velocity."""
+    latitude, longitude, height = drive.aids["position"].values[i].tolist()
+    return [np.degrees(latitude), np.degrees(longitude), height], drive.aids["velocity"].values[
+        min(i, len(drive.aids["velocity"].t_s) - 1)
+    ].tolist()
+
+
+def sentence(text: str) -> str:
+    check = 0
+    for c in text.encode():
+        check ^= c
+    return f"${text}*{check:02X}"
+
+
+def sentences(drive, i: int) -> list[str]:
+    """GGA and RMC; GSV and GST have neither place nor velocity."""
+    (latitude, longitude, height), (north, east, _) = fix_of(drive, i)
+    clock = f"1200{i % 60:02d}.00"
+    angles = [
+        f"{int(abs(a)):0{width}d}{60 * (abs(a) % 1):010.7f},{side[int(a < 0)]}"
+        for a, width, side in ((latitude, 2, "NS"), (longitude, 3, "EW"))
+    ]
+    speed, course = np.hypot(north, east) * 3600 / 1852, np.degrees(np.arctan2(east, north)) % 360
+    return [
+        sentence(f"GPGGA,{clock},{','.join(angles)},4,12,0.8,{height:.3f},M,0.0,M,,"), sentence("GPGSV,1,1,00"),
+        sentence(f"GPRMC,{clock},A,{','.join(angles)},{speed:.4f},{course:.3f},010126,,"), sentence(f"GPGST,{clock},1,,,,1.5,1.5,3.0"),
+    ]  # fmt: skip
+
+
+def navigated(live: Session, folder: Path, rows: int) -> pd.DataFrame:
+    """The estimates, which are those of the recording, and know where the car is."""
+    assert live.check_same_numbers(folder, *INS) == rows
+    found = pd.DataFrame([json.loads(line) for line in live.answers])
+    assert found["tilt_ready"].iloc[-1] == 1 and found["sigma_north"].iloc[-1] < 5
+    return found
+
+
+def test_the_ins_by_columns_json_and_sentences(tmp_path, drive):
+    header = "t_s,gx,gy,gz,ax,ay,az"
+
+    def as_columns(i: int) -> list[str]:
+        place, velocity = fix_of(drive, i)
+        return [cells([drive.aids["position"].t_s[i] + (0.009 if i % 2 else 0.0), *[None] * 6, *place, *velocity, 1.5, 101325])]
+
+    def as_json(i: int) -> list[str]:
+        (latitude, longitude, height), (north, east, down) = fix_of(drive, i)
+        return [
+            json.dumps({"gps": {"lat": latitude, "lon": longitude, "alt": height, "vel_n": north, "vel_e": east, "vel_d": down}})
+        ]
+
+    ends = []
+    for name, first, fix in (
+        ("columns", f"{header},lat_deg,lon_deg,alt_m,vn,ve,vd,sigma_h,baro_pa", as_columns), ("json", header, as_json), ("nmea", header, lambda i: sentences(drive, i)),
+    ):  # fmt: skip
+        (folder := tmp_path / name).mkdir()
+        text = folder / "in.csv"
+        text.write_text("\n".join([first, *lines_of_drive(drive, fix, "," * (first.count(",") - 6))]) + "\n")
+        with text.open() as stdin, session(folder, "-", *INS, stdin=stdin) as live:
+            assert live.process.wait(timeout=DEADLINE_S) == 0, live.said
+        rows = len(drive.t_s) + (len(drive.aids["position"].t_s) // 2 if name == "columns" else 0)
+        ends.append(navigated(live, folder, rows).iloc[-1])
+        assert "no sample" not in live.said and ("other sentences 250" in live.said) == (name == "nmea"), live.said
+    for end in ends:
+        assert abs(end["lat_deg"] - ends[0]["lat_deg"]) < 5e-5 and abs(end["vn"] - ends[0]["vn"]) < 1
+
+
+def test_the_ins_by_mavlink(tmp_path, drive):
+    mavutil = pytest.importorskip("pymavlink.mavutil", reason="pymavlink is not installed")
+    port = free_port()
+    due = np.searchsorted(drive.t_s, drive.aids["position"].t_s)
+    with session(tmp_path, f"mavlink:udpin:{LOCAL}:{port}", *INS) as live:
+        live.wait_for(lambda: live.record.exists(), "the start")
+        link = mavutil.mavlink_connection(f"udpout:{LOCAL}:{port}", source_system=1)
+        for row, t_s in enumerate(drive.t_s):
+            link.mav.highres_imu_send(
+                round(1e6 * t_s) + 1000, *drive.force_b_m_s2[row], *drive.rate_b_rad_s[row], 0, 0, 0, 1013.25, 0, 0, 0, 0x23F
+            )
+            for i in np.flatnonzero(due == row):
+                (latitude, longitude, height), (north, east, _) = fix_of(drive, i)
+                course = round(100 * np.degrees(np.arctan2(east, north))) % 36000
+                of_fix = (
+                    round(1e7 * latitude),
+                    round(1e7 * longitude),
+                    round(1e3 * height),
+                    80,
+                    120,
+                    round(100 * np.hypot(north, east)),
+                    course,
+                    12,
+                )
+                link.mav.gps_raw_int_send(0, 1, *of_fix)  # without a fix
+                link.mav.gps_raw_int_send(0, 3, *of_fix)
+            if row % 50 == 49:  # no more than the kernel keeps
+                live.wait_for_rows(row - 50)
+        live.wait_for_rows(len(drive.t_s))
+        live.end()
+        link.close()
+    found = navigated(live, tmp_path, len(drive.t_s))
+    assert abs(found["lat_deg"].iloc[-1] - np.degrees(drive.aids["position"].values[-1, 0])) < 5e-5
+    fixes = pd.read_csv(live.record)
+    assert fixes["lat_deg"].notna().sum() == len(due) and fixes["pressure_pa"].iloc[0] == pytest.approx(101325)
+
+
+def test_the_ins_needs_both_inertial_sensors_in_a_line(tmp_path):
+    text = tmp_path / "in.jsonl"
+    rows = [
+        json.dumps({"t": 0.01 * i, sensor: [0, 0, value]})
+        for i in range(100)
+        for sensor, value in (("gyro", 0.1), ("accel", 9.8))
+    ]
+    text.write_text("\n".join(rows) + "\n")
+    with text.open() as stdin, session(tmp_path, "-", *INS, stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 2
+    assert "record the samples, and filter the file" in live.said and "Traceback" not in live.said
 
 
 def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
@@ -318,7 +461,7 @@ def test_another_host_is_explicit_and_warned_of():
         (("ftp://here",), "is no source: give a serial port"),
         (("/dev/no-such-port",), "is no source"),
         (("udp://127.0.0.1",), "write udp://HOST:PORT"),
-        (("-", "--filter", "ins"), "record the samples"),
+        (("-", "--filter", "ins", "--frame", "enu"), "--frame with --filter ins"),
         (("-", "--to", "tcp://x:1"), "--to tcp://x:1: write udp://HOST:PORT"),
         (("-", "--format", "csv"), "--format csv"),
     ],
@@ -326,6 +469,28 @@ def test_another_host_is_explicit_and_warned_of():
 def test_what_cannot_be_done_is_one_line(arguments, said):
     done = hnav("live", *arguments)
     assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "said"),
+    [
+        ("hello\n", [], "no line had samples of a gyroscope and an accelerometer"),
+        ("$GPGSV,1,1,00*79\n", ["--filter", "ins"], "no line had samples of a gyroscope and an accelerometer"),
+        (
+            "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,-9.8\n0.01,0,0,0,0,0,-9.8\n",
+            ["--filter", "ins"],
+            "no position of satellites was used",
+        ),
+    ],
+)
+def test_what_is_missing_is_said_at_the_end(tmp_path, text, options, said):
+    file = tmp_path / "lines.txt"
+    file.write_text(text)
+    with file.open() as stdin, session(tmp_path, "-", *options, stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 0
+    assert said in live.said and live.said.count("warning") == 1
+    done = hnav("live", file)
+    assert done.returncode == 2 and "lines.txt: is a file: hnav filter reads it" in done.stderr
 
 
 def test_a_recording_is_not_overwritten(tmp_path):

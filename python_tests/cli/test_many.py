@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 import recorded
+from browser import Tab
 from command_line import hnav
 from hnav.cli.filter import expanded
 from hnav.cli.many import UNFINISHED, table_names
@@ -67,6 +68,16 @@ def test_many_recordings_give_the_tables_of_each_alone(logs, alone, tmp_path):
     assert forced.returncode == 0 and "4 of 4 recordings" in forced.stdout
 
 
+def test_the_index_page_can_be_read_on_a_telephone(logs, tmp_path):
+    hnav("filter", f"{logs}/*.csv", "--out", tmp_path / "out")
+    tab = Tab((tmp_path / "out" / "index.html").as_uri(), tmp_path, width=390)
+    try:
+        assert tab.value("document.querySelector('.scroll').scrollWidth <= document.querySelector('.scroll').clientWidth") is True
+        assert "no header" in str(tab.value("document.body.innerText"))
+    finally:
+        tab.close()
+
+
 def test_a_command_that_was_killed_twice_goes_on_to_the_same_tables(logs, alone, tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "hnav", "filter", f"{logs}/*.csv", "--out", str(out)]
@@ -98,6 +109,8 @@ def test_a_cluster_gives_the_same_tables(logs, alone, tmp_path):
 def test_what_cannot_be_done_with_many_is_said(logs, tmp_path):
     for given, said in (
         ((f"{logs}/*.csv",), "--out DIR"), ((f"{logs}/*.csv", "--out", tmp_path / "o", "--report", tmp_path / "r.html"), "no --report"),
+        ((f"{logs}/*.csv", "--out", tmp_path / "o.csv"), "it is a folder"), ((f"{logs}/*.csv", "--out", tmp_path / "o", "--workers", 0), "--workers 0: at least 1"),
+        ((logs / "walk0.csv", "--out", tmp_path / "o.doc"), "o.doc: the forms are .csv, .parquet"),
         ((f"{logs}/*.nothing", "--out", tmp_path / "o"), "no file matches it"), ((f"{logs}/b*.csv", "--out", tmp_path / "o"), "no recording could be filtered"),
     ):  # fmt: skip
         done = hnav("filter", *given)

@@ -3,7 +3,6 @@
 import errno
 import json
 import os
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from command_line import hnav
 from hnav.errors import HnavError
-from hnav.filters.calibration import calibrate_magnetometer, read_calibration, write_calibration
+from hnav.filters.calibration import calibrate_magnetometer
 from hnav.io.readers import read
+from hnav.io.sensors import read_grade, write_sensor
 from studies.calibration import sphere
 
 OFFSET_UT = np.array([12.0, -7.0, 20.0])
@@ -69,24 +69,34 @@ def test_apply_takes_one_vector_and_keeps_missing_samples_missing():
     assert np.isnan(found.apply(np.full((2, 3), np.nan))).all()
 
 
-def test_a_written_calibration_reads_back_bit_for_bit(tmp_path):
-    for force in (turned_about()[1], None):  # without force the dip is not known
-        found = calibrate_magnetometer(turned_about()[0], force, "uT")
-        write_calibration(tmp_path / "c.json", found)
-        again = read_calibration(tmp_path / "c.json")
-        np.testing.assert_array_equal(again.offset, found.offset)
-        np.testing.assert_array_equal(again.matrix, found.matrix)
-        assert again.unit == "uT" and again.samples == 500
-        np.testing.assert_equal(again.dip_rad, found.dip_rad)
+@pytest.mark.parametrize("unit", ["T", "uT"])
+def test_a_sensor_file_corrects_as_the_calibration_does(tmp_path, unit):
+    field, force, _ = turned_about()
+    found = calibrate_magnetometer(field * (1e-6 if unit == "T" else 1), force, unit)
+    write_sensor(tmp_path / "c.json", {"mag": found.correction})
+    again = read_grade(tmp_path / "c.json").corrections["mag"]
+    np.testing.assert_array_equal(again.matrix, found.matrix)
+    np.testing.assert_allclose(
+        again.apply(1e-6 * field),
+        (1 if unit == "T" else 1e-6) * found.apply(field if unit == "uT" else 1e-6 * field),
+        rtol=1e-12,
+        atol=1e-18,
+    )
 
 
-def test_a_file_of_before_the_gap_was_told_still_reads(tmp_path):
-    write_calibration(tmp_path / "c.json", calibrate_magnetometer(*turned_about()[:2], "uT"))
-    values = json.loads((tmp_path / "c.json").read_text())
-    assert len(values.pop("gap_direction")) == 3 and values.pop("gap_rad") > 0
-    (tmp_path / "c.json").write_text(json.dumps(values))
-    again = read_calibration(tmp_path / "c.json")
-    assert np.isnan(again.gap_rad) and np.isnan(again.gap_direction).all()
+def test_a_sensor_file_keeps_what_is_not_written(tmp_path):
+    path, mine = tmp_path / "c.json", {"gyro": {"noise": {"value": 7, "unit": "mdeg/s/sqrt(Hz)"}}}
+    write_sensor(path, mine, "my chip", "By hand.")
+    for seed in (1, 2):
+        write_sensor(path, {"mag": calibrate_magnetometer(*turned_about(seed=seed)[:2], "uT").correction}, "another")
+    written, grade = json.loads(path.read_text()), read_grade(path)
+    assert written["name"] == "my chip" and written["source"] == "By hand. hnav calibrate." and written["gyro"] == mine["gyro"]
+    np.testing.assert_allclose(1e6 * grade.corrections["mag"].offset, OFFSET_UT, atol=0.1)
+    for text in ("[1]", "{", '{"name": ""}'):
+        path.write_text(text)
+        with pytest.raises(HnavError, match="c.json: "):
+            write_sensor(path, mine)
+        assert path.read_text() == text
 
 
 @pytest.mark.parametrize("change, status, named", [
@@ -105,45 +115,9 @@ def test_bad_input_is_named(change, status, named):
     assert caught.value.status == status
 
 
-@pytest.mark.parametrize("text, named", [
-    (None, "cannot be read"),
-    ("not json", "no JSON"),
-    ("[1, 2]", "not a magnetometer calibration"),
-    ('{"hnav": "magnetometer calibration"}', "offset is missing"),
-])  # fmt: skip
-def test_a_file_that_is_no_calibration_is_named(tmp_path, text, named):
-    path = tmp_path / "c.json"
-    if text is not None:
-        path.write_text(text)
-    with pytest.raises(HnavError, match=f"c.json: .*{named}"):
-        read_calibration(path)
-
-
-ODD = [("offset", [1, 2]), ("matrix", [[1, 0, 0]] * 2), ("matrix", "one"), ("offset", [10**400, 0, 0]), ("offset", {}), ("unit", "furlong"),
-       ("unit", ["T"]), ("unit", {}), ("fit", 3), ("fit", None), ("note", ["a"]), ("strength", 10**400), ("strength", "5"), ("samples", True),
-       ("dip_rad", [1])]  # fmt: skip
-
-
-@pytest.mark.parametrize("name, value", ODD)
-def test_a_calibration_with_a_damaged_field_is_named(tmp_path, tumbled, name, value):
-    path = tmp_path / "c.json"
-    assert hnav("calibrate", tumbled, "--mag-unit", "uT", "--out", path).returncode == 0
-    path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
-    with pytest.raises(HnavError, match=f"^{path}: {name} is not [^\n]*$"):
-        read_calibration(path)
-
-
-@pytest.mark.parametrize("text", ["[" * 100_000, "", "[]", "\xff", '{"hnav": "magnetometer calibration"}'])
-def test_a_file_that_holds_anything_else_is_one_line(tmp_path, text):
-    path = tmp_path / "c.json"
-    path.write_text(text, encoding="latin-1")
-    with pytest.raises(HnavError, match=f"^{path}: [^\n]*$"):
-        read_calibration(path)
-
-
 def test_a_calibration_that_cannot_be_written_whole_leaves_the_old_one(tmp_path, monkeypatch):
     found, path = calibrate_magnetometer(turned_about()[0]), tmp_path / "c.json"
-    write_calibration(path, found)
+    write_sensor(path, {"mag": found.correction})
     before = path.read_bytes()
 
     def full(descriptor):
@@ -151,7 +125,7 @@ def test_a_calibration_that_cannot_be_written_whole_leaves_the_old_one(tmp_path,
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(HnavError, match="cannot write .*c.json: no space left"):
-        write_calibration(path, replace(found, strength=1.0))
+        write_sensor(path, {"accel": found.correction})
     assert path.read_bytes() == before and [file.name for file in tmp_path.iterdir()] == ["c.json"]
 
 
@@ -164,7 +138,7 @@ def test_calibrate_prints_numbers_and_writes_file_and_picture(tmp_path, tumbled)
     assert done.returncode == 0, done.stderr
     for word in ("offset", "uT", "matrix", "strength", "dip", "residual", "coverage"):
         assert word in done.stdout
-    np.testing.assert_allclose(json.loads(out.read_text())["offset"], OFFSET_UT, atol=0.1)
+    np.testing.assert_allclose(1e6 * read_grade(out).corrections["mag"].offset, OFFSET_UT, atol=0.1)
     assert picture.read_bytes()[:4] == b"\x89PNG" and picture.stat().st_size > 30_000
 
 
@@ -172,9 +146,9 @@ def test_filter_with_the_calibration_equals_the_filter_on_the_corrected_field(tm
     found = tmp_path / "c.json"
     assert hnav("calibrate", tumbled, "--mag-unit", "uT", "--out", found).returncode == 0
     field, force, _ = turned_about()
-    corrected = write_csv(tmp_path / "corrected.csv", read_calibration(found).apply(field), force)
+    corrected = write_csv(tmp_path / "corrected.csv", 1e6 * read_grade(found).corrections["mag"].apply(1e-6 * field), force)
     tables = []
-    for recording, more in ((tumbled, ["--calibration", found]), (corrected, []), (tumbled, [])):
+    for recording, more in ((tumbled, ["--sensor", found]), (corrected, []), (tumbled, [])):
         done = hnav("filter", recording, "--mag-unit", "uT", "--force", "--out", tmp_path / "o.csv", *more)
         assert done.returncode == 0, done.stderr
         tables.append(pd.read_csv(tmp_path / "o.csv", comment="#").to_numpy())
@@ -186,7 +160,7 @@ def test_yaw_alone_is_refused_and_hard_iron_only_says_so(tmp_path):
     recording = write_csv(tmp_path / "yaw.csv", *turned_about(axes="yaw")[:2])
     done = hnav("calibrate", recording, "--mag-unit", "uT")
     assert done.returncode == 2
-    assert "one axis only" in done.stderr and "--allow-hard-iron-only" in done.stderr
+    assert "one axis only" in done.stderr and "--allow-hard-iron-only" in done.stderr and "for --sensor FILE.json" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     done = hnav("calibrate", recording, "--mag-unit", "uT", "--allow-hard-iron-only")
     assert done.returncode == 0, done.stderr
@@ -199,7 +173,7 @@ def test_yaw_alone_is_refused_and_hard_iron_only_says_so(tmp_path):
     (["calibrate", "TUMBLED", "--out", "/nonexistent/c.json"], "/nonexistent/c.json"),
     (["calibrate", "TUMBLED", "--picture", "OUT.nothing"], "OUT.nothing"),
     (["calibrate", "BARE"], "no magnetometer"),
-    (["filter", "TUMBLED", "--out", "OUT", "--calibration", "nowhere.json"], "nowhere.json"),
+    (["filter", "TUMBLED", "--out", "OUT", "--sensor", "nowhere.json"], "nowhere.json"),
 ])  # fmt: skip
 def test_what_cannot_be_done_is_one_line_and_exit_code_2(tmp_path, tumbled, arguments, named):
     bare = tmp_path / "bare.csv"

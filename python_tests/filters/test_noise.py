@@ -13,6 +13,7 @@ from command_line import hnav
 from hnav import HnavError, read
 from hnav.filters.noise import ENTRIES, TERMS, noise_of, still_parts
 from hnav.io.sensors import ENTRIES as OF_FILES
+from hnav.io.sensors import Correction, read_grade, write_sensor
 from studies.noise import DEG, GRADES, at_rest, bounds
 
 pytest.importorskip("allantools", reason="allantools is not installed")
@@ -60,6 +61,7 @@ def test_the_command_writes_a_sensor_file_that_is_one(tmp_path):
     )
     path = recorded.house(tmp_path, recording)
     out, page = tmp_path / "sensor.json", tmp_path / "noise.html"
+    write_sensor(out, {"mag": Correction(2 * np.eye(3), np.zeros(3))}, "mine")
     done = hnav("noise", path, "--gyro-unit", "rad/s", "--out", out, "--report", page)
     assert done.returncode == 0, done.stderr
     assert "random walk" in done.stdout and "too short to tell" in done.stdout and page.stat().st_size > 1e6
@@ -67,6 +69,7 @@ def test_the_command_writes_a_sensor_file_that_is_one(tmp_path):
     assert told["gyro"]["noise"]["value"] == pytest.approx(7e-3, rel=0.05) and told["gyro"]["noise"]["unit"] == "deg/s/sqrt(Hz)"
     assert told["gyro"]["period"] == {"value": 10.0, "unit": "ms"} and "random_walk" not in told["gyro"]
     assert told["mag"]["noise"]["value"] == pytest.approx(50, rel=0.05)
+    assert read_grade(out).corrections["mag"].matrix[0, 0] == 2 and told["name"] == "mine"
     # Every entry and unit is one of the format, and means the same there.
     for sensor, entries in ENTRIES.items():
         for entry, unit, _ in entries.values():

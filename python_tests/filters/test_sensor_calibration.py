@@ -170,6 +170,3 @@ def test_options_that_do_not_go_together(file, tmp_path):
     ):
         done = hnav("calibrate", file, *options)
         assert done.returncode == 2 and text in done.stderr and done.stderr.count("\n") == 1
-    (tmp_path / "no.json").write_text(json.dumps({"name": "no"}))
-    done = hnav("filter", file, "--filter", "ins", "--sensor", tmp_path / "no.json", "--out", tmp_path / "o.csv")
-    assert done.returncode == 2 and "has no calibration" in done.stderr

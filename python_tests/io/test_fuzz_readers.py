@@ -14,6 +14,7 @@ import scipy.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+import apart
 import devices
 import recorded
 from fuzzing import bounded, damaged, json_values, places
@@ -213,7 +214,7 @@ def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
 # --------------------------------------------------------------------------------------------- what devices and robots write
 
 PACKAGES = {"ulog": "pyulog", "ros 1": "rosbags", "mcap": "rosbags", "parquet": "pyarrow", "ardupilot": "pymavlink", "ardupilot text": "pymavlink"}  # fmt: skip
-SHAPES = {**recorded.SHAPES, **devices.SHAPES}
+SHAPES = {**recorded.SHAPES, **devices.SHAPES, **apart.SHAPES}
 """What a damaged file of each shape is made of: files, and the one file of a folder."""
 
 

@@ -15,9 +15,11 @@ from hnav.io.recordings import RecordingError
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz"
 
 
-def taken(*parts: str | bytes, connections: tuple[int, ...] = (), **wishes: object) -> tuple[np.ndarray, LiveLines]:
+def taken(
+    *parts: str | bytes, connections: tuple[int, ...] = (), aids: bool = False, **wishes: object
+) -> tuple[np.ndarray, LiveLines]:
     """The rows of texts that arrived one after the other."""
-    lines = LiveLines(Wishes(**wishes))
+    lines = LiveLines(Wishes(**wishes), aids)
     chunks = [
         Chunk(time.monotonic(), part.encode() if isinstance(part, str) else part, number)
         for part, number in zip(parts, connections or [1] * len(parts))
@@ -47,8 +49,22 @@ def test_numbers_without_a_header():
     places = {role: str(i) for i, role in enumerate(("ax", "ay", "az", "gx", "gy", "gz"), 2)}
     rows, _ = taken("7 1 2 3 4 5 6\n", columns={"t_s": "1", **places})
     assert rows[0, :7].tolist() == [7, 4, 5, 6, 1, 2, 3]
-    rows, lines = taken("1,2,3\n")
-    assert len(rows) == 0 and lines.counts["no sample"] == 1
+    with pytest.raises(RecordingError, match="the source: no line is a sample, the first is 1,2,3: write t_s,gx,gy"):
+        taken("1,2,3\n")
+
+
+def test_lines_of_one_sensor_each_are_rows_side_by_side_or_refused():
+    text = "".join(
+        f'{{"t": {0.01 * k}, "sensor": "{name}", "x": {v}, "y": 2, "z": 3}}\n'
+        for k in range(3)
+        for v, name in enumerate(("gyroscope", "accelerometer", "magnetometer"))
+    )
+    rows, lines = taken(text, mag_unit="T")
+    assert len(rows) == 9 and lines.counts["late"] == 0 and (np.diff(rows[:, 0]) > 0).all()
+    assert [np.flatnonzero(np.isfinite(row)).tolist() for row in rows[:3]] == [[0, 1, 2, 3], [0, 4, 5, 6], [0, 7, 8, 9]]
+    long = "time,sensor,x,y,z\n" + "".join(f"{k},gyro,1,2,3\n{k},acc,1,2,3\n" for k in range(30))
+    with pytest.raises(RecordingError, match="the source: each line is of one sensor: write t_s,gx"):
+        taken(long)
 
 
 def test_axes_rate_and_repeats():
@@ -71,8 +87,8 @@ def test_garbage_is_counted_and_not_shown_as_it_is():
     )
     assert len(rows) == 1 and lines.counts["no sample"] == 7 == lines.counts["lines"] - 2
     assert not any("\x1b" in note for note in lines.notes)
-    _, lines = taken(b"x" * 70_000)
-    assert lines.counts["no sample"] == 1
+    with pytest.raises(RecordingError, match="no line is a sample, the first is a line without end"):
+        taken(b"x" * 70_000)
 
 
 def rows_of(stamps: list[float]) -> tuple[np.ndarray, LiveLines]:
@@ -103,6 +119,37 @@ def test_a_source_without_a_sensor_says_which():
         taken("t_s,gx,gy,gz,mx,my,mz\n0,1,2,3,4,5,6\n")
     with pytest.raises(RecordingError, match="t_s is missing.*rate_hz"):
         taken("gx,gy,gz,ax,ay,az\n1,2,3,4,5,6\n")
+
+
+def test_what_aids_goes_into_the_next_row_unless_its_time_goes_on():
+    gga, rmc = (
+        "$GPGGA,120000,4800.0000000,N,01130.0000000,E,1,8,1.0,500.0,M,46.0,M,,*",
+        "$GPRMC,120000,A,4800.0,N,01130.0,E,19.438445,90.0,010126,,*",
+    )
+    text = f"{HEADER},lat,lon,alt,speed,course,pressure\n"
+    imu = "{},1,2,3,4,5,6,,,,,,,,,\n"
+    fix = "{},,,,,,,,,,47,{},400,-1,,1013.25\n"
+    rows, lines = taken(
+        text + fix.format("", 9) + imu.format(1) + fix.format(1.004, 10) + imu.format(1.01) + fix.format(1e9, 11) + f"{gga}71\n{gga}70\n{rmc}2E\n$GPGSV,1,1,00*79\n"
+        + imu.format(1.02) + imu.format(1.03) + '{"speed": 10, "course": 180}\n' + imu.format(1.04), aids=True,
+    )  # fmt: skip
+    column = dict(zip(lines.columns, rows.T))
+    assert column["t_s"].tolist() == [1, 1.004, 1.01, 1.02, 1.03, 1.04]
+    assert column["lon_deg"].tolist()[:2] == [9, 10] and np.isnan(column["lon_deg"][2]) and column["lon_deg"][3] == 11
+    # The sentence comes after the fix that has the first row; its checksum is wrong once.
+    assert column["lon_deg"][4] == pytest.approx(11.5) and column["alt_m"][4] == pytest.approx(546) and column["sigma_v"][4] == 3
+    assert column["vn"][3] == pytest.approx(0, abs=1e-9) and column["ve"][3] == pytest.approx(10)
+    assert column["vn"][5] == pytest.approx(-10) and np.isnan(column["vn"][[0, 1, 2, 4]]).all()
+    assert column["pressure_pa"][0] == pytest.approx(101325) and np.isnan(column["speed_m_s"]).all()
+    assert lines.counts["no sample"] == 1 and lines.counts["other sentences"] == 1 and lines.counts["clock set"] == 0
+
+
+def test_a_fix_that_is_repeated_is_none_and_without_rows_the_oldest_are_late():
+    text = f"{HEADER},lat,lon,alt\n" + "".join(f"{0.01 * i},1,2,{i},4,5,6,,,,48,{11 + i // 3},500\n" for i in range(6))
+    rows, lines = taken(text, aids=True, drop_repeats=True)
+    assert np.isfinite(rows[:, lines.columns.index("lat_deg")]).tolist() == [True, False, False, True, False, False]
+    _, lines = taken(text + ",,,,,,,,,,48,11,500\n" * 70, aids=True)
+    assert lines.counts["late"] == 6
 
 
 def test_addresses():

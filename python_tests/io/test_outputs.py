@@ -3,6 +3,7 @@
 import errno
 import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
@@ -175,3 +176,15 @@ def test_a_full_device_is_one_line(tmp_path):
     recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0.01,0,0,0,0,-9.81\n0.01,0,0.01,0,0,0,-9.81\n")
     done = hnav("filter", recording, "--out", "/dev/full")
     assert (done.returncode, done.stderr) == (2, "hnav: cannot write /dev/full: no space left on device\n")
+
+
+def test_thousands_of_outputs_are_held_against_thousands_of_inputs_at_once(tmp_path):
+    inputs = [tmp_path / f"in{i}.csv" for i in range(3000)]
+    made = [tmp_path / f"out{i}.csv" for i in range(3000)]
+    inputs[-1].write_text("x")
+    begin_s = time.perf_counter()
+    refuse_overwriting(made, inputs)
+    assert time.perf_counter() - begin_s < 5
+    made[-1].symlink_to(inputs[-1])
+    with pytest.raises(HnavError, match="is read by this command"):
+        refuse_overwriting(made, inputs)

@@ -10,12 +10,13 @@ from command_line import hnav
 from hnav.errors import HnavError
 from hnav.filters import run_files
 from hnav.filters.attitude_recording import LibraryRun
-from hnav.filters.calibration import calibrate_magnetometer, write_calibration
+from hnav.filters.calibration import calibrate_magnetometer
 from hnav.filters.options import Options
 from hnav.filters.run_files import write_pieces
 from hnav.io.readers import pieces, read
 from hnav.io.readers.pieces import long_table
 from hnav.io.recordings import ARRAYS, Recording, RecordingError
+from hnav.io.sensors import Grade, write_sensor
 from motion import tilted_motion
 
 NAMES = ["t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz"]
@@ -88,7 +89,8 @@ def test_instants_of_a_calendar_are_read_in_pieces(frame, write):
 
 def test_what_is_corrected_is_corrected_in_every_piece(frame, write):
     path, data = write(frame), tilted_motion(3).recording
-    iron = calibrate_magnetometer(data.field_b_tesla * 1e6, data.force_b_m_s2, "uT", allow_hard_iron_only=1)
+    found = calibrate_magnetometer(data.field_b_tesla * 1e6, data.force_b_m_s2, "uT", allow_hard_iron_only=1)
+    iron = Grade("iron", {}, {"mag": found.correction})
     assert_same(list(long_table(path, corrected=iron.apply_to)), iron.apply_to(read(path)))
 
 
@@ -151,8 +153,9 @@ def test_the_command_writes_the_same_bytes(frame, write, tmp_path, monkeypatch, 
         pytest.importorskip("pyarrow", reason="pyarrow is not installed: no Parquet")
     path = write(frame.assign(t_s=frame["t_s"] + np.where(np.arange(len(frame)) >= 128, 7.0, 0.0)))
     data = tilted_motion(3).recording
-    write_calibration(tmp_path / "iron.json", calibrate_magnetometer(data.field_b_tesla, None, allow_hard_iron_only=1))
-    command = ("filter", path, "--filter", filter, "--calibration", tmp_path / "iron.json", "--out")
+    iron = calibrate_magnetometer(data.field_b_tesla, None, allow_hard_iron_only=1)
+    write_sensor(tmp_path / "iron.json", {"mag": iron.correction})
+    command = ("filter", path, "--filter", filter, "--sensor", tmp_path / "iron.json", "--out")
     said = []
     for name, answer in (("pieces", long_table), ("whole", lambda *_, **__: None)):
         monkeypatch.setattr("hnav.cli.recordings.long_table", answer)

@@ -158,6 +158,53 @@ def test_arrays_in_deg_s_or_g_give_a_warning_at_the_line_that_runs_the_filter(he
         assert {(str(one.message).partition(":")[0], one.filename) for one in said} == {("accel", __file__), ("gyro", __file__)}
 
 
+@pytest.mark.parametrize("factor", [1 / 8, 1 / 4, 4, 8])
+def test_a_wrong_range_of_the_chip_is_found_without_a_field_too(held, factor):
+    wrong = replace(held, rate_b_rad_s=factor * held.rate_b_rad_s, field_b_tesla=None)
+    found = [finding for finding in wrong.check() if finding.stops]
+    assert [(finding.code, finding.sensor) for finding in found] == [("scale", "gyro")]
+    assert float(found[0].message.split()[3]) == pytest.approx(1 / factor, rel=0.2)
+
+
+def test_rates_and_force_that_are_exchanged_are_named_in_arrays_and_files(held):
+    exchanged = replace(held, rate_b_rad_s=held.force_b_m_s2, force_b_m_s2=held.rate_b_rad_s)
+    assert any(finding.stops and "exchanged" in finding.message for finding in exchanged.check())
+    with pytest.warns(PlausibilityWarning, match="they look exchanged"):
+        Filter().run(held.t_s, held.force_b_m_s2, held.rate_b_rad_s, held.field_b_tesla)
+
+
+def test_a_force_that_points_up_is_named_in_arrays(held):
+    with pytest.warns(PlausibilityWarning, match="multiply the force by -1; south of the magnetic equator it is right"):
+        Filter().run(held.t_s, held.rate_b_rad_s, -held.force_b_m_s2, held.field_b_tesla)
+
+
+def test_a_sensor_that_is_not_given_is_named(held):
+    for given, missing in (
+        ((held.rate_b_rad_s, None, held.field_b_tesla), "force_b_m_s2"),
+        ((None, held.force_b_m_s2), "rate_b_rad_s"),
+    ):
+        with pytest.warns(PlausibilityWarning, match=f"{missing} is None: give it as n x 3"):
+            Filter().run(held.t_s, *given)
+
+
+@pytest.mark.parametrize("gap_s, said", [(0.25, False), (0.35, True), (2.0, True)])
+def test_a_gap_is_named_from_0_3_s_on(held, gap_s, said):
+    kept = (held.t_s <= held.t_s[300]) | (held.t_s >= held.t_s[300] + gap_s)
+    cut = replace(
+        held,
+        **{name: getattr(held, name)[kept] for name in ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla")},
+        reference_q_nb=None,
+    )
+    assert [finding.sensor for finding in cut.check() if finding.code == "gaps"] == (["gyro", "accel", "mag"] if said else [])
+
+
+def test_what_is_said_of_one_sensor_does_not_advise_on_another(held):
+    for sensor, name in (("accel", "force_b_m_s2"), ("gyro", "rate_b_rad_s")):
+        for value in (np.nan, 0.0):
+            dead = replace(held, **{name: value * getattr(held, name)})
+            assert all("magnetometer" not in str(finding) for finding in dead.check() if finding.sensor == sensor)
+
+
 def test_axes_of_a_field_that_the_filter_does_not_use_spoil_nothing(held):
     swapped = FAULTS["field axes swapped"].make(held)
     assert not any(finding.is_meaningless for finding in FAULTS["field in G"].make(swapped).check())

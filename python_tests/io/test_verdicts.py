@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import apart
 import devices
 import exported
 import recorded
@@ -83,8 +84,8 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "names of nothing": ("refused", partial(table, "time_s|left_{axis}|right_{axis}", 1, 1, None)),
 }  # fmt: skip
 """By shape: the verdict, and what writes it."""
-SHAPES = {**recorded.SHAPES, **devices.SHAPES, **exported.SHAPES}
-FAULTY |= exported.FAULTY
+SHAPES = {**recorded.SHAPES, **devices.SHAPES, **exported.SHAPES, **apart.SHAPES}
+FAULTY |= exported.FAULTY | apart.FAULTY
 
 
 @pytest.fixture(scope="module")

@@ -13,14 +13,15 @@ from command_line import hnav as command
 from hnav.filters.observer import Observer
 from hnav.fmi.fmus import Fmu
 from importing import assert_fits_the_standard, ecos
-from observer.chain_fmu import COUNT, chain_fmu
 from observer.little_fmu import VARIABLES, compiled, packed
 from observer.test_fmu_plants import T_S, little_plan, samples, spring_plan
 from observer.test_plan_files import TEXT
+from studies.observer.size import rod_fmu
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")
 STEP_S = 0.05
+COUNT = 64  # the most
 
 
 def whole_plan(fmu, mode="sound"):
@@ -247,6 +248,7 @@ with Fmu({str(tmp_path / "o.fmu")!r}) as fmu:
         ("resources/variables.txt", lambda t: t[: len(t) // 2], "variables.txt, line"),
         ("resources/variables.txt", lambda t: t.replace("est.x", "est.y"), "do not belong together"),
         ("resources/plant/observer.plan", lambda t: t.replace("state 1", "state one"), "observer.plan, line"),
+        ("resources/plant/observer.plan", lambda t: t.replace("end\n", "depends 0 x\nend\n"), "observer.plan, line"),
         ("resources/plant/observer.plan", lambda t: t.replace("{little}", "{big}"), "could not be instantiated"),
         ("resources/plant/observer.plan", lambda t: t.replace("little.*", "large.*"), "large.so cannot be loaded"),
     ],
@@ -351,8 +353,13 @@ def test_the_command_exports(little_fmu, tmp_path):
     plan.write_text(TEXT)
     done = command("observe", little_fmu, "--plan", plan, "--export", fmu, "--fmi", 3, "--period", 0.05)
     assert done.returncode == 0, done.stderr
-    assert done.stdout == f"{fmu}: FMI 3, Co-Simulation and Model Exchange; Little and its licences are inside\n"
+    said, names = done.stdout.splitlines()
+    assert said == f"{fmu}: FMI 3, Co-Simulation and Model Exchange; Little and its licences are inside"
     description = fmpy.read_model_description(str(fmu))
+    known = {variable.name: variable.causality for variable in description.modelVariables}
+    for group in names.split("; "):
+        causality, *listed = group.partition(", a sample")[0].replace(",", "").split()
+        assert listed and all(known[name] == causality.removesuffix("s") for name in listed)
     assert (description.fmiVersion, description.modelName) == ("3.0", "Observer of Little")
     again = command("observe", little_fmu, "--export", fmu)
     assert again.returncode == 2 and "a plan is missing" in again.stderr
@@ -389,7 +396,7 @@ def test_an_observer_of_many_numbers_has_covariances_too(little_fmu, tmp_path, m
 
 @versions
 def test_an_observer_of_the_most_numbers_shows_all_of_its_covariance(tmp_path, version):
-    plan = hnav.Plan(chain_fmu(tmp_path)).sensor("x0", noise=0.05).sensor("x20", noise=0.05)
+    plan = hnav.Plan(rod_fmu(tmp_path, COUNT)).sensor("x0", noise=0.05).sensor("x20", noise=0.05)
     for i in range(COUNT):
         plan.state(f"x{i}", start_sigma=0.5, noise=0.1)
     path, observer = tmp_path / "o.fmu", Observer(plan)

@@ -1,5 +1,10 @@
 """Observers of FMUs: what they estimate, what they refuse, and what FMUs that fail can do to them."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 import zipfile
 
 import numpy as np
@@ -8,8 +13,10 @@ import pytest
 import hnav
 from checkout import in_another_process
 from command_line import hnav_process
+from hnav.errors import HnavValueError
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
+from hnav.io import archive_room
 from observer.little_fmu import DERIVATIVES, MODES, VARIABLES, compiled, packed
 
 T_S = np.arange(0, 4, 0.05)
@@ -275,7 +282,12 @@ def test_an_fmu_that_exists_once_in_a_process(tmp_path):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"interface": "CoSimulation"}, "offers Co-Simulation only: the observer integrates by itself, export it for Model Exchange"),
+        (
+            {"interface": "CoSimulation", "attributes": 'canGetAndSetFMUstate="true"'},
+            "offers Co-Simulation only: the observer integrates by itself, export it for Model Exchange .its modelDescription.xml needs a "
+            "ModelExchange element., or write its derivatives as functions",
+        ),
+        ({"interface": "Nothing"}, "offers no Model Exchange"),
         ({"folder": "win64"}, r"has no binary for linux64 \(it has win64\)"),
         ({"attributes": 'needsExecutionTool="true"'}, "needs its tool at run time"),
         ({"indicators": 2}, "it has 2 state events and cannot save its state .canGetAndSetFMUstate.: export it with that"),
@@ -352,3 +364,60 @@ def test_folders_that_are_empty_are_no_files(little_fmu, tmp_path):
     assert little_plan(fmu).export(tmp_path / "o.fmu") == []
     with pytest.raises(hnav.HnavValueError, match=r"has no binary for linux64 \(it has none\)"):
         little_plan(poor)
+
+
+def test_an_fmu_that_calls_exit_is_named_also_where_it_says_that_all_is_well(tmp_path):
+    fmu = packed(tmp_path / "exits.fmu", compiled(tmp_path, define=("EXITS",)))
+    done = hnav_process("observe", fmu)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "exits.fmu called exit(0), and took its process with it: ask its maker" in done.stderr
+
+
+ENDLESS = """import hnav
+
+def rates(t, x, u, p):
+    open("loops", "w").close()
+    while True:
+        pass
+
+plant = hnav.Plant(rates, lambda t, x, u, p: x[0], states={"x": 1.0}, sensors=["x"])
+"""
+
+
+@pytest.mark.parametrize(
+    "name, said", [("endless.fmu", "endless.fmu did not come back within 2 s"), ("endless.py", "interrupted")]
+)
+def test_a_plant_that_loops_for_ever_ends_by_an_interrupt(tmp_path, name, said):
+    if name.endswith(".fmu"):
+        packed(tmp_path / name, compiled(tmp_path, define=("ENDLESS",)))
+    else:
+        (tmp_path / name).write_text(ENDLESS)
+    states = ["x", "v"] if name.endswith(".fmu") else ["x"]
+    plan = ["[sensor.x]", "noise = 0.02", *(line for state in states for line in (f"[state.{state}]", "start_sigma = 0.2"))]
+    (tmp_path / "plan.toml").write_text("\n".join(plan))
+    command = [sys.executable, "-m", "hnav", "observe", name, "--plan", "plan.toml"]
+    surroundings = os.environ | {"LITTLE_LOOPS": "loops"}
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=tmp_path, env=surroundings
+    ) as process:
+        while not (tmp_path / "loops").exists():
+            assert process.poll() is None, process.stderr.read()
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGINT)
+        answer = process.communicate(timeout=60)[1]
+    assert (process.returncode, answer.count("\n")) == (130, 1) and said in answer
+
+
+@pytest.mark.parametrize("kept", [0, 100, 5000])
+def test_a_library_that_was_cut_off_is_refused(tmp_path, little_binary, kept):
+    cut = tmp_path / "little.so"
+    cut.write_bytes(little_binary.read_bytes()[:kept])
+    done = hnav_process("observe", packed(tmp_path / "cut.fmu", cut))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
+    assert "cut.fmu" in done.stderr
+
+
+def test_an_fmu_that_unpacks_to_more_than_a_disk_holds_is_refused(tmp_path, little_fmu, monkeypatch):
+    monkeypatch.setattr(archive_room, "MOST_BYTES", 1000)
+    with pytest.raises(HnavValueError, match="little.fmu: unpacks to more than 0 MB; ask its maker for a smaller one"):
+        Observer(little_plan(little_fmu))

@@ -9,6 +9,7 @@ from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
 from observer.test_fmu_plants import little_plan
+from studies.observer.size import plan_of, rod_fmu
 
 N = 150
 RATES = np.linspace(0.1, 2.0, N)
@@ -51,3 +52,41 @@ def test_an_exported_observer_has_a_limit_of_its_own(little_fmu, tmp_path, monke
     with pytest.raises(HnavValueError, match="estimates 2 numbers, an exported observer at most 1"):
         Observer(little_plan(little_fmu)).export(tmp_path / "Observer.fmu")
     assert not (tmp_path / "Observer.fmu").exists()
+
+
+CELLS, T_S = 30, np.arange(1.0, 6.0)
+
+
+def rod_run(folder, **said):
+    """Of a rod that is said to be so."""
+    observer = Observer(plan_of(rod_fmu(folder, CELLS, **said), CELLS), start_mode="given")
+    return observer, observer.run(T_S, {name: np.sin(T_S + i) for i, name in enumerate(observer.plan.sensors)})
+
+
+def test_dependencies_that_an_fmu_declares_change_its_cost_alone(tmp_path):
+    observer, silent = rod_run(tmp_path, reach=None)
+    assert "depends" not in observer.plan.text() and not observer.proof()
+    for directional in (False, True):
+        observer, run = rod_run(tmp_path, reach=1, directional=directional)
+        lines = [line for line in observer.plan.text().splitlines() if line.startswith("depends")]
+        assert len(lines) == CELLS and lines[0] == "depends 0 0 1" and lines[5] == "depends 5 4 5 6" and not observer.lies()
+        assert run.covariance == pytest.approx(silent.covariance, abs=1e-9)
+        assert all(run.x[name] == pytest.approx(silent.x[name], abs=1e-8) for name in run.x)
+
+
+def test_dependencies_that_an_fmu_declares_wrongly_are_named_and_not_used(tmp_path):
+    _, silent = rod_run(tmp_path, reach=None)
+    observer, run = rod_run(tmp_path, reach=0)
+    assert observer.lies() == [
+        "derivatives by states: the plant says d der(x0) / d x1 = 0, differences 0.2; differences are used"
+    ]
+    assert (run.covariance == silent.covariance).all()
+    # Directional derivatives that are right are used nevertheless.
+    observer, run = rod_run(tmp_path, reach=0, directional=True)
+    assert observer.proof()["derivatives_by_states"].exact and run.covariance == pytest.approx(silent.covariance, abs=1e-9)
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_dependencies_are_read_by_index_and_by_reference(plants, version):
+    plan = Plan(plants / f"fmi{version}" / "VanDerPol.fmu").sensor("x0", noise=0.1)
+    assert [line for line in plan.text().splitlines() if line.startswith("depends")] == ["depends 0 1"]

@@ -10,6 +10,7 @@ import hnav
 from command_line import hnav as command
 from hnav.cli.observe import verdict_of
 from hnav.filters.observer import Observer
+from hnav.filters.observer_offsets import offsets
 from hnav.filters.observer_tuning import AHEAD, tune
 from observer.test_plan_files import TEXT
 
@@ -79,6 +80,29 @@ def test_a_wrong_model_is_told_from_its_noise(little_fmu):
     assert np.isfinite(wrong.ahead_nis["x"]) and AHEAD == 10
     right = tune(plan, t_s, samples)
     assert right.log_likelihood[1] > wrong.log_likelihood[1] + 100
+
+
+def test_offsets_are_found_once_and_what_follows_contradicts_nothing(little_fmu):
+    y, rng = recording()[:500], np.random.default_rng(2)
+    samples = {"x": y, "other": y + 0.5 + 0.02 * rng.normal(size=500)}
+    plan = plan_of(little_fmu, 0.05, 0.2).sensor("other", of="x", noise=0.05, offset=0.2)
+    tuned = tune(plan, T_S[:500], samples)
+    assert tuned.offsets["other"] - tuned.offsets.get("x", 0) == pytest.approx(-0.5, abs=0.02)
+    assert tuned.plan.sensors["other"].offset == tuned.plan.sensors["other"].own_offset == tuned.offsets["other"]
+    assert tuned.plan.sensors["other"].noise < 0.05
+    again = tune(tuned.plan, T_S[:500], samples)
+    assert again.offsets == {} and again.log_likelihood[1] == pytest.approx(tuned.log_likelihood[1], abs=1)
+    assert all(factor == pytest.approx(1, abs=0.1) for factor in again.factors.values())
+
+
+def test_an_offset_that_following_does_not_confirm_is_not_named(little_fmu):
+    y = recording()[:200] + 0.3  # a spring whose rest is known
+    plan = plan_of(little_fmu, 0.02, 0.1)
+    run = Observer(plan).run(T_S[:200], {"x": y})
+    asked = []
+    for answer in (None, run):
+        assert offsets(run, plan, lambda changed, answer=answer: (asked.append(changed), answer)[1]) == {}
+    assert [one.sensors["x"].own_offset < 0 for one in asked] == [True, True]
 
 
 def test_a_plan_without_noise_is_refused(little_fmu):

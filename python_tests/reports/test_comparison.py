@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,67 +12,24 @@ from scipy.spatial.transform import Rotation
 import recorded
 from command_line import hnav
 from hnav import HnavError
+from hnav.cli.words import UsageError
 from hnav.io.trajectories import read_trajectory
 from hnav.reports.comparison import compare
+from motion import tilted_motion
+from studies.evo_peer import PAIRS, command_of_evo, motion, noisy, rows_of, tum
 
 DEG = np.pi / 180
 
 
-def motion(seed: int, duration_s: float = 60.0) -> tuple[np.ndarray, Rotation, np.ndarray]:
-    """Times at 100 Hz, attitude, and a way along the body's x axis."""
-    rng = np.random.default_rng(seed)
-    t_s = np.arange(0, duration_s, 0.01)
-    rate = sum(rng.normal(size=3) * np.sin(rng.uniform(0.3, 4) * t_s[:, None] + rng.uniform(0, 6, 3)) for _ in range(3))
-    attitude = [Rotation.identity()]
-    for turn in Rotation.from_rotvec(0.01 * rate[:-1]):
-        attitude.append(attitude[-1] * turn)
-    whole = Rotation.concatenate(attitude)
-    return t_s, whole, 0.01 * np.cumsum(whole.apply([1, 0, 0]), axis=0)
-
-
-def tum(path: Path, t_s: np.ndarray, attitude: Rotation, position: np.ndarray) -> Path:
-    np.savetxt(path, np.column_stack([t_s, position, attitude.as_quat()]), fmt="%.12g")
-    return path
-
-
-def noisy(seed: int, attitude: Rotation, position: np.ndarray) -> tuple[Rotation, np.ndarray]:
-    rng = np.random.default_rng(seed)
-    n = len(position)
-    walk = np.cumsum(0.001 * rng.normal(size=(n, 3)), axis=0)
-    return attitude * Rotation.from_rotvec(0.3 * DEG * rng.normal(size=(n, 3))), position + walk
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_errors_are_those_of_evo(tmp_path, seed):
+@pytest.mark.parametrize("pair", range(PAIRS))
+def test_errors_are_those_of_evo(tmp_path, pair):
     """evo is under the GPL: a process of its own."""
-    if shutil.which("evo_ape", path=f"{Path(sys.executable).parent}") is None:
-        pytest.skip("evo is not installed")
-    t_s, attitude, position = motion(seed, 20)
-    turned, moved = noisy(seed, attitude, position)
-    moved = Rotation.from_rotvec([0.1, 0.2, 0.4]).apply(moved) * (1.3 if seed == 2 else 1) + [3, 4, 5]
-    true, mine = tum(tmp_path / "true.txt", t_s, attitude, position), tum(tmp_path / "mine.txt", t_s, turned, moved)
-    align, option = (("scale",), ["-as"]) if seed == 2 else (("place",), ["-a"])
-    plain, placed = (compare(read_trajectory(true), read_trajectory(mine), align=chosen, delta_s=0.5) for chosen in ((), align))
-
-    def evo(tool: str, *options: str) -> dict[str, float]:
-        command = [Path(sys.executable).parent / f"evo_{tool}", "tum", true, mine, *options]
-        said = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        return {name: float(value) for name, value in re.findall(r"^\s*(\w+)\s+([\d.]+)$", said, re.MULTILINE)}
-
-    relative = ["--delta", "50", "--delta_unit", "f"]
-    for found, name, told in (
-        (plain, "attitude", evo("ape", "-r", "angle_deg")), (plain, "position", evo("ape", "-r", "trans_part")),
-        (placed, "position", evo("ape", "-r", "trans_part", *option)), (plain, "attitude relative, 0.5 s", evo("rpe", "-r", "angle_deg", *relative)),
-        (plain, "position relative, 0.5 s", evo("rpe", "-r", "trans_part", *relative)),
-    ):  # fmt: skip
-        figure = next(figure for figure in found.figures if figure.name == name)
-        np.testing.assert_allclose(
-            [figure.rms, figure.median, figure.worst],
-            [told["rmse"], told["median"], told["max"]],
-            rtol=1e-6,
-            atol=1e-6,
-            err_msg=name,
-        )
+    try:
+        command_of_evo("ape")
+    except UsageError as error:
+        pytest.skip(str(error))
+    for row in rows_of(pair, tmp_path):
+        np.testing.assert_allclose(row.ours, row.evo, rtol=1e-6, atol=1e-6, err_msg=row.error)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -103,6 +56,12 @@ def test_clocks_off_by_3_s_and_frames_turned_by_40_deg_are_found(tmp_path, seed)
     assert 20 < alone["attitude"] < 90
     with pytest.raises(HnavError, match="choose from clock, world, body, place, scale"):
         compare(reference, reference, align=("time",))
+
+
+def test_a_recording_without_a_reference_is_named_as_one(tmp_path):
+    files = [tum(tmp_path / "true.txt", *motion(1, 3)), recorded.house(tmp_path, tilted_motion(2).recording)]
+    done = hnav("compare", *files)
+    assert done.returncode == 2 and "house.csv: no attitude" in done.stderr and "hnav filter makes a table of it" in done.stderr
 
 
 def test_the_same_trajectory_is_the_same_in_every_format(tmp_path):

@@ -1,4 +1,4 @@
-"""Convergence and the filters of the literature: what each must do from a start that it was told, and from one that it was not."""
+"""Convergence and the filters of the literature: what each must do from a start that it was assumed, and from one that it was not."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from studies.convergence import (
     settles,
     times_table,
 )
-from studies.peers import PEERS, Told, cross, turned
+from studies.peers import PEERS, Assumed, cross, turned
 from studies.robust import DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Scenario, errors_of, simulate
 
 T = 0.02
@@ -30,7 +30,7 @@ def errors_deg(name, start_rad, seeds=4, outliers=0.0):
     """Of the peer's attitude over 10 s, seeds x n, when its start is off by this rotation vector."""
     runs = [simulate(Scenario(outliers=outliers), seed, 10.0, 1 / T) for seed in range(seeds)]
     starts = [Rotation.from_rotvec(start_rad) * run.attitude[0] for run in runs]
-    return errors_of(PEERS[name], runs, starts, Told(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, 0.05, 0.5, 0.02))
+    return errors_of(PEERS[name], runs, starts, Assumed(GYRO_NOISE, WALK, DIRECTION_NOISE, FIELD_N / 5e-5, 0.05, 0.5, 0.02))
 
 
 def test_a_turn_is_the_exponential_of_its_cross_product():

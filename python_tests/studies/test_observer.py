@@ -6,8 +6,8 @@ import pytest
 from checkout import TOP
 from command_line import answered
 from hnav.systems.statistics import normalised_squares
-from studies.observer import cost, events, laws
-from studies.observer.__main__ import cost_table, laws_table, main
+from studies.observer import cost, events, laws, size
+from studies.observer.__main__ import cost_table, laws_table, main, size_table
 from studies.observer.smooth import results
 
 
@@ -71,6 +71,14 @@ def test_costs_are_told(monkeypatch):
     assert cost_table().row_count == 4
 
 
+def test_many_states_are_measured(monkeypatch):
+    (result,) = size.results((6,), 4)
+    assert result.states == 6 and 0.6 < result.nees < 1.5
+    assert result.ms_per_sample > 0 and 0 <= result.memory_mb < 50
+    monkeypatch.setattr(size, "results", lambda: iter([result]))
+    assert size_table().row_count == 1
+
+
 def test_a_part_that_is_none_is_refused():
     told = answered(main, "--part", "speed")
-    assert told.returncode == 2 and "choose from errors, hindsight, laws, cost" in told.stderr
+    assert told.returncode == 2 and "choose from errors, hindsight, laws, size, cost" in told.stderr

@@ -12,7 +12,15 @@ def test_files_have_the_size_that_is_said_and_all_rows(tmp_path, format):
     size, seconds = reading.seconds_for(file, format, 0.05)
     assert size == pytest.approx(0.05, rel=0.1) and seconds > 0
     lines = file.read_text().count(
-        "ms:" if format == "serial" else "GPGGA" if format == "NMEA" else "\n" if format == "table" else "gx"
+        "ms:"
+        if format == "serial"
+        else "GPGGA"
+        if format == "NMEA"
+        else "\n"
+        if format == "table"
+        else "gyro"
+        if format == "long"
+        else "gx"
     )
     found = len(read_aids(file)["position"].t_s) if format == "NMEA" else len(read(file).t_s)
     assert found == lines - (format == "table")

@@ -16,9 +16,11 @@ def test_a_run_is_what_its_scenario_says():
 
 
 def test_an_ekf_with_a_larger_q_wins_where_the_model_is_wrong_and_loses_where_it_is_right():
-    told, robust, _, larger = zip(*(settled_rms(SCENARIOS[name], FILTERS.values(), 2) for name in ("as told", "bias walk x 100")))
-    assert told[0] < min(robust[0], larger[0])
-    assert larger[1] < robust[1] < told[1]
+    assumed, robust, _, larger = zip(
+        *(settled_rms(SCENARIOS[name], FILTERS.values(), 2) for name in ("as assumed", "bias walk x 100"))
+    )
+    assert assumed[0] < min(robust[0], larger[0])
+    assert larger[1] < robust[1] < assumed[1]
 
 
 def test_the_robust_law_is_faster_from_an_over_confident_start():
@@ -28,7 +30,7 @@ def test_the_robust_law_is_faster_from_an_over_confident_start():
 
 @pytest.mark.parametrize("mode", ["relative", "kl"])
 def test_the_rate_of_samples_drops_out(mode):
-    slow, fast = (settled_rms(SCENARIOS["as told"], [{"gamma_mode": mode}], 2, rate)[0] for rate in (50, 200))
+    slow, fast = (settled_rms(SCENARIOS["as assumed"], [{"gamma_mode": mode}], 2, rate)[0] for rate in (50, 200))
     assert fast == pytest.approx(slow, rel=0.15)
 
 

@@ -6,10 +6,12 @@ import math
 import fmpy
 import pytest
 
+from command_line import hnav
 from hnav import Options
 from hnav.errors import HnavError
 from hnav.fmi.fmus import fmu_path
-from hnav.io.sensors import ENTRIES, GRADES, models_folder, read_grade
+from hnav.io.sensors import ENTRIES, GRADES, models_folder, read_grade, write_sensor
+from hnav.systems.simulation import LoadedSystem
 
 
 def test_every_file_in_the_folder_is_a_grade_that_can_be_read():
@@ -121,6 +123,8 @@ GOOD = {"name": "x", "source": "x", "assumed": "x"}
             GOOD | {"gyro": {"noise": {"value": 1, "unit": "deg/s"}}},
             "grade.json: gyro.noise: unit deg/s is not one of deg/sqrt(h), ",
         ),
+        (GOOD | {"gyro": {"noise": {"value": 1, "unit": []}}}, "grade.json: gyro.noise: unit [] is not one of"),
+        (GOOD | {"gyro": {"noise": {"value": 10**400, "unit": "deg/sqrt(h)"}}}, "grade.json: gyro.noise = 1000"),
         (GOOD | {"mag": {"range": {"value": -1, "unit": "uT"}}}, "grade.json: mag.range = -1 uT must be a number of at least 0"),
         (GOOD | {"mag": {"range": {"value": "8", "unit": "uT"}}}, "grade.json: mag.range = 8 uT must be a number of at least 0"),
     ],
@@ -142,6 +146,30 @@ def test_a_missing_file_is_named(tmp_path):
         read_grade(tmp_path / "nothing.json")
 
 
+def test_a_sensor_file_is_a_grade_of_a_system(tmp_path):
+    file = tmp_path / "sensor.json"
+    write_sensor(file, {"gyro": {"noise": {"value": 0.3, "unit": "deg/sqrt(h)"}, "range": {"value": 250, "unit": "deg/s"}}})
+    with LoadedSystem("turntable") as loaded:
+        system, as_it_is = loaded.system(), loaded.system()
+        system.choose(str(file), "outliers")
+        as_it_is.choose(None, "outliers")
+        changed = {name: value for name, value in system.parameters().items() if as_it_is.parameters().get(name) != value}
+    noise = math.radians(0.3 / 60)
+    assert changed == pytest.approx({
+        "sensor.gyro.noise_deg_per_sqrt_h": 0.3, "sensor.gyro.range_rad_s": math.radians(250), "ahrs.fault.gyro_range_rad_s": math.radians(250),
+        **{f"{name}.noise.gyro_noise_rad_per_sqrt_s": noise for name in ("ahrs", "hekf", "hrekf")},
+    })  # fmt: skip
+    for options, said in (
+        (["turntable", "--sensor", file, "--grade", "consumer"], "--grade and --sensor: give one of them"),
+        (["turntable", "--sensor", tmp_path / "nothing.json"], "nothing.json"), (["turntable", "--sensor", "consumer"], "ends in .json"),
+        (["observer", "--sensor", file], "has no component ImuMagSensor"),
+    ):  # fmt: skip
+        done = hnav("simulate", *options, "--out", tmp_path / "run")
+        assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    done = hnav("simulate", "turntable", "--sensor", file, "--stop", 1, "--out", tmp_path / "run")
+    assert done.returncode == 0 and json.loads((tmp_path / "run" / "run.json").read_text())["grade"] == str(file), done.stderr
+
+
 def test_a_grade_sets_the_options_of_a_filter():
     options, plain = Options("ahrs", sensor="consumer"), Options("ahrs")
     assert options.start_sigma_accel_bias_m_s2 == pytest.approx(0.196, abs=0.002)  # 20 mg
@@ -152,6 +180,24 @@ def test_a_grade_sets_the_options_of_a_filter():
     assert Options("ahrs", sensor="consumer", start_sigma_bias_rad_s=0.5).start_sigma_bias_rad_s == 0.5
     with pytest.raises(HnavError, match="sensor = consumer: ins has grades as presets: consumer, industrial"):
         Options("ins", sensor="consumer")
+
+
+def test_the_ins_takes_noise_and_what_is_known_of_the_start(tmp_path):
+    file, deg_s, noise = tmp_path / "sensor.json", {"value": 1, "unit": "deg/s"}, {"value": 9, "unit": "mdeg/s/sqrt(Hz)"}
+    write_sensor(
+        file, {"gyro": {"noise": noise, "bias_instability": deg_s}, "accel": {"noise": {"value": 200, "unit": "ug/sqrt(Hz)"}}}
+    )
+    # How much a bias wanders is no bound of the bias itself.
+    assert read_grade(file).options("ins") == pytest.approx(
+        {"gyro_noise_rad_per_sqrt_s": math.radians(9e-3), "accel_noise_m_s_per_sqrt_s": 200e-6 * 9.80665}
+    )
+    assert "start_sigma_bias_rad_s" not in read_grade(file).options("ahrs")
+    write_sensor(file, {"gyro": {"turn_on_bias": deg_s, "range": deg_s}})
+    options = Options("ins", "industrial", sensor=file)
+    assert options.start_sigma_gyro_bias_rad_s == pytest.approx(
+        math.radians(math.sqrt(2))
+    ) and options.gyro_range_rad_s == pytest.approx(math.radians(1))
+    assert options.gyro_bias_walk_rad_s_per_sqrt_s == Options("ins", "industrial").gyro_bias_walk_rad_s_per_sqrt_s
 
 
 def test_a_file_of_one_figure_leaves_the_other_options(tmp_path):

@@ -11,7 +11,7 @@ from checkout import built_system
 from command_line import hnav
 from hnav.errors import HnavError
 from hnav.fmi.fmus import fmu_path
-from hnav.systems import ssp_archive
+from hnav.io import archive_room
 from hnav.systems.ssp_reader import read_system, system_path
 from hnav.systems.structure import Parameter
 from made_systems import make_system, parameter_set
@@ -197,7 +197,7 @@ def test_links_and_names_that_lead_outside_are_refused_before_anything_is_writte
 
 def test_a_bomb_is_refused_before_anything_is_written(pair, tmp_path, monkeypatch):
     archive = packed(pair, tmp_path / "bomb.ssp")
-    monkeypatch.setattr(ssp_archive, "MOST_BYTES", 20_000_000)
+    monkeypatch.setattr(archive_room, "MOST_BYTES", 20_000_000)
     with read_system(archive):
         pass
     with zipfile.ZipFile(archive, "a", zipfile.ZIP_DEFLATED) as target:
@@ -219,7 +219,7 @@ def test_a_bomb_is_refused_before_anything_is_written(pair, tmp_path, monkeypatc
 
 
 def test_entries_without_number_are_refused(pair, tmp_path, monkeypatch):
-    monkeypatch.setattr(ssp_archive, "MOST_ENTRIES", 40)
+    monkeypatch.setattr(archive_room, "MOST_ENTRIES", 40)
     archive = packed(pair, tmp_path / "many.ssp")
     with zipfile.ZipFile(archive, "a") as target:
         for i in range(40):

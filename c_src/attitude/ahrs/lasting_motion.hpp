@@ -70,10 +70,11 @@ struct LastingMotion {
         force_s += T;
     }
 
-    // A body at rest has none. force: its length now, which is gravity and the bias of the accelerometer.
+    // A body at rest has none: what it had has ended. force: its length now, which is gravity and the bias of the accelerometer.
     void settle(R force, R T) {
         constexpr R settled_s = R(0.5);
         rest_force = force;
+        counted2 = 0;
         for (R& p : power) p *= std::exp(-T / settled_s);
     }
 
@@ -107,10 +108,14 @@ struct LastingMotion {
     // speaks for it, and the force is gathered anew.
     R wrong_horizon(R g) {
         constexpr R least_s = 3, longest_s = 20, min_ratio = R(0.5), velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
+        // An aircraft in a turn that begins to sink has for some seconds a mean force of g beside its horizon. What goes far may climb or
+        // sink by one part in seven.
+        constexpr R slope2 = R(0.02);
         if (!has_lasted(force_s, least_s)) return 0;
         const Vector3Of<R> f = Vector3Of<R>(force) / force_s;
         const R by_down = f[2] + g, by_length = f.norm() - g;
-        const R variance = (down2 + velocity2) / (force_s * force_s) + bias2;
+        const R vertical2 = down2 + velocity2 + slope2 * std::fmax(power[1], now[1]);
+        const R variance = vertical2 / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
         // A force of another length than gravity is explained by neither.
         if (ratio > min_ratio && !has_passed(force_s, longest_s) && by_length * by_length < sigmas2 * variance) return ratio;

@@ -14,10 +14,11 @@ from hnav.cli.parameters import Strict
 from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
-from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer, write_calibration
+from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.recordings import Recording
+from hnav.io.sensors import write_sensor
 from hnav.units import G_M_S2, TESLA_PER
 
 UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration
@@ -29,7 +30,10 @@ def command(
         Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")
     ],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE.json", help="Write the calibration there, for hnav filter --calibration")
+        Path | None,
+        typer.Option(
+            metavar="FILE.json", help="Write the magnetometer's calibration into this sensor file, for hnav filter --sensor"
+        ),
     ] = None,
     picture: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the field before and after")] = None,
     allow_hard_iron_only: Annotated[
@@ -56,9 +60,9 @@ def command(
     if sensor is None:
         if report is not None:
             raise UsageError(f"--report {report}: is of --sensor FILE.json; of a magnetometer alone there is --picture")
-        doubts = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+        warnings = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
         calibrate_field(recording, data, out, picture, allow_hard_iron_only)
-        warn(doubts)
+        warn(warnings)
         return
     if out is not None or picture is not None or allow_hard_iron_only:
         raise UsageError("--sensor: the file takes the magnetometer too: leave --out, --picture and --allow-hard-iron-only out")
@@ -80,10 +84,12 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
     except HnavError as error:
         if error.status != "ill-conditioned":
             raise
-        hint = "" if allow_hard_iron_only else "; --allow-hard-iron-only answers with the offset alone where that is determined"
+        hint = "; a recording of rests in many attitudes is for --sensor FILE.json"
+        if not allow_hard_iron_only:
+            hint += ", and --allow-hard-iron-only answers with the offset alone where that is determined"
         raise UsageError(f"{recording}: {error}{hint}") from None
     if out is not None:
-        write_calibration(out, found)
+        write_sensor(out, {"mag": found.correction}, data.name)
     if picture is not None:
         # Matplotlib takes longer to load than everything else here.
         from hnav.reports.calibration_picture import draw_calibration

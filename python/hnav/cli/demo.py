@@ -56,9 +56,9 @@ def command(
     if recording is not None:
         data = reading.read(recording)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, strict, force)
+        warnings = warnings_of(recording, found, strict, force)
         page = show_own(recording, data, chosen, lines_of(found), out)
-        warn(doubts)
+        warn(warnings)
     else:
         show_devices(chosen, out)
         page = show_closed_loop(out)
@@ -73,12 +73,12 @@ def has_screen() -> bool:
     )
 
 
-def show_own(file: Path, data: Recording, settings: dict[str, str], doubts: list[str], out: Path) -> Path:
+def show_own(file: Path, data: Recording, settings: dict[str, str], warnings: list[str], out: Path) -> Path:
     """What the AHRS makes of the user's file: the figures, and its page."""
     page = out / f"{file.stem}.html"
     refuse_overwriting([page], [file])
     result = run_ahrs(data, settings)
-    write_page(page, result, data, doubts)
+    write_page(page, result, data, warnings)
     say(repr(data))
     said = rows(summary(result))
     width = max(len(name) for name, _ in said)

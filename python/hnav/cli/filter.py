@@ -17,7 +17,6 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import (
-    Calibration,
     Engine,
     FilterOrIns,
     Force,
@@ -43,7 +42,7 @@ from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.health import Finding, Tally, findings
 from hnav.filters.options import Options, option_table
-from hnav.filters.run_files import write_pieces, write_table
+from hnav.filters.run_files import PARQUET, write_pieces, write_table
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
@@ -51,6 +50,8 @@ from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_tum
 
+FORMS = (".csv", *PARQUET, TUM, GPX)
+"""Of tables; without a suffix, as of a pipe, CSV."""
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
 """Formats whose devices lie with their z axis up."""
 LEVEL = 0.7  # of the mean force along z
@@ -91,7 +92,6 @@ def command(
     strict: Strict = False,
     force: Force = False,
     smooth: Smooth = False,
-    calibration: Calibration = None,
     gnss: Gnss = None,
     truth: TruthFile = None,
     outages: Outages = None,
@@ -103,7 +103,7 @@ def command(
 ) -> None:
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
     wanted = Wanted(
-        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, calibration, sensor,
+        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, sensor,
         gnss, truth, outages,
     )  # fmt: skip
     paths = expanded(recordings)
@@ -112,6 +112,8 @@ def command(
         return
     if out is None or report is not None:
         raise UsageError("of several recordings give --out DIR, a folder for their tables and an index page, and no --report")
+    if out.suffix.lower() in FORMS and not out.is_dir():
+        raise UsageError(f"--out {out}: of several recordings it is a folder, for tables in CSV and an index page: name one")
     from hnav.cli.many import filter_many  # Dask takes a while to load
 
     filter_many(paths, out, wanted, workers, scheduler)
@@ -148,7 +150,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
     whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
     table = None if whole else reading.long_table(recording, corrected)
     if table is not None and out is not None:
-        doubts = warnings_of(recording, table.findings, wanted.strict, wanted.force)
+        warnings = warnings_of(recording, table.findings, wanted.strict, wanted.force)
         first = next(iter(table))
         chosen, note = with_frame(wanted.frame, wanted.settings, first)
         outcome, read = filter_pieces(table, out, Options(filter, preset, **chosen), made), read_as(first)
@@ -156,7 +158,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         data = reading.read(recording)
         data = data if corrected is None else corrected(data)
         found = reading.check(data)
-        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+        warnings = warnings_of(recording, found, wanted.strict, wanted.force)
         chosen, note = with_frame(wanted.frame, wanted.settings, data)
         result = filtered(data, filter, engine, chosen, preset, step, smooth)
         if out is not None:
@@ -166,7 +168,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
         read = read_as(data)
     tell(outcome, engine, out, report, note)
-    warn(doubts)
+    warn(warnings)
     return read
 
 
@@ -201,7 +203,9 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
     """Raises HnavError or UsageError for files that are not to be read or written."""
     if out is None and report is None and wanted.truth is None:
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
-    refuse_overwriting([out, report], [recording, wanted.calibration, wanted.sensor, wanted.truth])
+    if out is not None and out.suffix and out.suffix.lower() not in FORMS:
+        raise UsageError(f"--out {out}: the forms are {', '.join(FORMS)}")
+    refuse_overwriting([out, report], [recording, wanted.sensor, wanted.truth])
 
 
 @dataclass(frozen=True)
@@ -250,13 +254,13 @@ def filtered(
         return run_recording(data, filter, engine, settings, preset, step, show, smooth)
 
 
-def write_page(file: Path, result: Result, data: Recording, doubts: list[str]) -> list[str]:
+def write_page(file: Path, result: Result, data: Recording, warnings: list[str]) -> list[str]:
     """Returns the names of its panels."""
     # Plotly takes a while to load.
     from hnav.reports.recording_page import write_recording_report
     from hnav.reports.recording_run import recording_run
 
-    return write_recording_report(recording_run(result, data, doubts), file)
+    return write_recording_report(recording_run(result, data, warnings), file)
 
 
 def summary(outcome: Outcome, engine: str, written: str) -> str:

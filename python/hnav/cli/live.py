@@ -18,9 +18,9 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import console
+from hnav.cli.live_filters import LiveFilter, live_filter
 from hnav.cli.parameters import (
-    Calibration,
-    FilterName,
+    FilterOrIns,
     Frame,
     PlaceAndDate,
     Preset,
@@ -30,16 +30,12 @@ from hnav.cli.parameters import (
     parse_settings,
 )
 from hnav.cli.recordings import Reading, lines_of, warn, with_reading
-from hnav.cli.wanted import Corrected, corrected_by, preset_and_settings, reading_at
+from hnav.cli.wanted import INS, Corrected, corrected_by, preset_and_settings, reading_at
 from hnav.cli.words import UsageError, with_options
-from hnav.filters.attitude_answers import Run
-from hnav.filters.attitude_recording import LibraryRun
-from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.options import Options
-from hnav.filters.run_files import columns, formats_of
+from hnav.filters.run_files import formats_of
 from hnav.io.live_lines import LiveLines
 from hnav.io.live_sources import BAUD, Chunk, LiveSource, address_of
-from hnav.io.recordings import CSV_COLUMNS, Recording
 from hnav.native.arrays import Array
 from hnav.reports.live_page import INTERVAL_S, LOCAL, PORT, LivePage
 
@@ -53,6 +49,7 @@ CHECK_S = 5.0
 RATE_S = 1.0
 """Rates are those of so long."""
 LAST_NOTES = 6
+NOTHING = "warning: no line had samples of a gyroscope and an accelerometer"
 
 
 @with_reading
@@ -64,7 +61,7 @@ def command(
             "- for standard input; lines of CSV or JSON"
         ),
     ],
-    filter: FilterName = "ahrs",
+    filter: FilterOrIns = "ahrs",
     to: Annotated[
         str | None, typer.Option(metavar="udp://HOST:PORT", help="Send the estimates there instead of to standard output")
     ] = None,
@@ -83,22 +80,19 @@ def command(
     frame: Frame = None,
     *,
     reading: Reading,
-    calibration: Calibration = None,
     place_and_date: PlaceAndDate = None,
     grade: SensorGrade = None,
     sensor: Sensor = None,
 ) -> None:
-    if filter == navigation.NAME:
-        raise UsageError("--filter ins: live are the attitude filters, ahrs and hrekf; record the samples, and filter the file")
     if reading.format is not None:
         raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
-    chosen = {"navigation_frame": frame or "ned"} | of_options | parse_settings(settings)
-    corrected = corrected_by(calibration, sensor)
+    chosen = of_frame(filter, frame) | of_options | parse_settings(settings)
+    corrected = corrected_by(sensor)
     with ExitStack() as opened:
-        library, checked = LibraryRun(Options(filter, preset, **chosen)), reading_at(place_and_date, reading)
-        live = Live(LiveLines(reading.wishes()), library, corrected, checked)
-        live_source = LiveSource.named(source, baud)
+        estimator, checked = live_filter(Options(filter, preset, **chosen)), reading_at(place_and_date, reading)
+        live = Live(LiveLines(reading.wishes(), aids=filter == INS), estimator, corrected, checked)
+        live_source = LiveSource.named(source, baud, aids=filter == INS)
         if to is not None:
             live.estimates.append(opened.enter_context(Sender(to)).send)
         elif not (page and sys.stdout.isatty()):
@@ -109,20 +103,29 @@ def command(
             if host != LOCAL:
                 warn([f"warning: --host {host}: whoever reaches this machine can see the page"])
         if record is not None:
-            live.outputs.append(opened.enter_context(Record(record)).write)
+            live.outputs.append(opened.enter_context(Record(record, live.lines.columns)).write)
         opened.enter_context(live_source)
         try:
             with ended_by_signals() as ended:
                 run(live, live_source, math.inf if seconds is None else time.monotonic() + seconds, ended)
+            warn(estimator.warnings() if live.lines.counts["rows"] else [NOTHING])
         finally:
             live.note(", ".join(f"{name} {n}" for name, n in live.counted(live_source).items()))
+
+
+def of_frame(filter: str, frame: str | None) -> dict[str, str]:
+    """The setting of the navigation frame. Raises UsageError for a frame that the INS does not have."""
+    if filter != INS:
+        return {"navigation_frame": frame or "ned"}
+    navigation.refuse(frame=frame not in (None, "ned"))
+    return {}
 
 
 class Live:
     """What a session holds: lines become rows, rows a recording, estimates and the state of a page."""
 
-    def __init__(self, lines: LiveLines, library: LibraryRun, corrected: Corrected | None, reading: Reading):
-        self.lines, self._library, self._corrected, self._reading = lines, library, corrected, reading
+    def __init__(self, lines: LiveLines, estimator: LiveFilter, corrected: Corrected | None, reading: Reading):
+        self.lines, self._filter, self._corrected, self._reading = lines, estimator, corrected, reading
         self.outputs: list[Callable[[Array], None]] = []
         """Take the rows."""
         self.estimates: list[Callable[[list[str]], None]] = []
@@ -132,7 +135,7 @@ class Live:
         self._newest: dict[str, Any] = {}
         self._newest_arrived_s, self._last_t_s = math.nan, math.nan
         self._begin: list[Array] | None = []
-        self._arrivals: list[tuple[float, list[int]]] = []
+        self._arrivals: list[tuple[float, dict[str, int]]] = []
 
     def note(self, text: str, warning: bool = False) -> None:
         """To stderr, where lines are no part of the answer, and to the page."""
@@ -151,15 +154,14 @@ class Live:
         self._last_t_s = float(rows[-1, 0])
         for output in self.outputs:
             output(rows)
-        recording = recording_of_rows(rows)
-        run = self._library.go_on(recording if self._corrected is None else self._corrected(recording))
-        table = columns(run)
+        recording = self._filter.recording(rows)
+        table = self._filter.go_on(recording if self._corrected is None else self._corrected(recording))
         text_lines = json_lines(table) if self.estimates else []
         for estimate in self.estimates:
             estimate(text_lines)
         if self.page is not None:
-            self._arrivals.append((arrived_s, [len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS]))
-            self._newest, self._newest_arrived_s = state_of(run, table), arrived_s
+            self._arrivals.append((arrived_s, self._filter.samples(recording)))
+            self._newest, self._newest_arrived_s = self._filter.state(table), arrived_s
         self._check(rows)
 
     def show(self, source: LiveSource, stalled_s: float) -> None:
@@ -168,7 +170,7 @@ class Live:
             return
         now_s = time.monotonic()
         self._arrivals = [one for one in self._arrivals if one[0] > now_s - RATE_S]
-        rates = dict(zip(HEALTH_SENSORS, np.sum([n for _, n in self._arrivals] or [[0, 0, 0]], axis=0) / RATE_S))
+        rates = {name: sum(counts[name] for _, counts in self._arrivals) / RATE_S for name in self._newest["health"]}
         state = {
             "age_ms": 1e3 * (now_s - self._newest_arrived_s),
             "rates": rates,
@@ -183,7 +185,7 @@ class Live:
             "lines": 0,
             "rows": 0,
             **self.lines.counts,
-            "dropped by the system": source.dropped,
+            source.LOSS: source.dropped,
             "opened": source.connections,
         }
         return {name: n for name, n in shown.items() if n or name in ("lines", "rows")}
@@ -199,7 +201,8 @@ class Live:
 
     def _say_findings(self, rows: Array) -> None:
         """Beside the filter: a check takes longer than samples may wait."""
-        warn(lines_of([finding for finding in self._reading.check(recording_of_rows(rows)) if finding.level != "note"]))
+        found = self._filter.findings(self._reading.check(self._filter.recording(rows)))
+        warn(lines_of([finding for finding in found if finding.level != "note"]))
 
 
 @contextmanager
@@ -262,9 +265,7 @@ class Watch:
             note(f"{source.name}: opened{' again' if self._connections else ''}")
         self._connections = source.connections
         if source.dropped and not self._dropped:
-            note(
-                f"{source.name}: the system drops datagrams, for which it has no room; the count is said at the end", warning=True
-            )
+            note(f"{source.name}: samples are {source.LOSS}; the count is said at the end", warning=True)
         self._dropped = source.dropped
         if chunks:
             if self._stalled:
@@ -277,11 +278,6 @@ class Watch:
 
 
 # --------------------------------------------------------------------------------------------- what goes out
-
-
-def recording_of_rows(rows: Array) -> Recording:
-    """n x 10, as of LiveLines."""
-    return Recording("live", rows[:, 0].copy(), *(np.ascontiguousarray(rows[:, begin : begin + 3]) for begin in (1, 4, 7)))
 
 
 def json_lines(table: Mapping[str, np.ndarray]) -> list[str]:
@@ -297,28 +293,15 @@ def print_lines(lines: list[str]) -> None:
     sys.stdout.flush()
 
 
-def state_of(run: Run, table: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """Of the newest row, for the page."""
-    last = {name: float(values[-1]) for name, values in table.items()}
-    known = math.isfinite(last["q0"])
-    return {
-        "t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None,
-        "frame": run.options.navigation_frame if run.options else "ned", "heading_deg": last["heading_deg"] if known else None,
-        "sigma_deg": np.degrees(run.sigma_rad[-1]).tolist() if known else None,
-        "ready": {"tilt": bool(run.ready[-1, 0]), "heading": bool(run.ready[-1, 1])},
-        "health": {name: SENSOR_STATES[state] for name, state in zip(HEALTH_SENSORS, run.health[-1])},
-    }  # fmt: skip
-
-
 class Record:
     """A new table of samples in SI units, written row by row: what was written stays, however the session ends."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, columns: Sequence[str]):
         try:
             self._file = path.open("x", encoding="utf-8")
         except FileExistsError:
             raise UsageError(f"--record {path}: it exists already: name a new file") from None
-        self._file.write(",".join(CSV_COLUMNS) + "\n")
+        self._file.write(",".join(columns) + "\n")
 
     def __enter__(self) -> Record:
         return self

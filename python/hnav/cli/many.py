@@ -120,7 +120,7 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
     rows_of_page = f"<tr>{heads}</tr>{''.join(map(cells, rows))}"
     page = plain_page(
         folder.name, {"recordings": len(rows), "failed": failed},
-        f'<section><div class="scroll"><table class="words">{rows_of_page}</table></div></section>',
+        f'<section><div class="scroll"><table class="words stacked">{rows_of_page}</table></div></section>',
     )  # fmt: skip
     write_files(
         {folder / "index.csv": pd.DataFrame(list(rows), columns=list(COLUMNS)).to_csv(index=False), folder / "index.html": page}

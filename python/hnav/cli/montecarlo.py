@@ -16,10 +16,12 @@ from hnav.cli.parameters import (
     Grade,
     Scheduler,
     SystemName,
+    SystemSensor,
     SystemSettings,
     SystemStep,
     SystemStop,
     Workers,
+    grade_or_sensor,
     parse_system_settings,
 )
 from hnav.cli.words import Interrupted, UsageError
@@ -38,6 +40,7 @@ def command(
         str | None, typer.Option(metavar="A,B,...", help="Scenarios (hnav systems NAME lists them); default: the system as it is")
     ] = None,
     grade: Grade = None,
+    sensor: SystemSensor = None,
     settings: SystemSettings = None,
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
     step: SystemStep = None,
@@ -47,7 +50,7 @@ def command(
     scheduler: Scheduler = None,
 ) -> None:
     named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
-    chosen = parse_system_settings(settings)
+    chosen, graded = parse_system_settings(settings), grade_or_sensor(grade, sensor)
     unfinished = out.with_name(f"{out.name}.unfinished")
     if out.exists() and not out.is_file():
         raise UsageError(f"--out {out}: is no file; finished runs are kept beside it until all are there")
@@ -56,10 +59,10 @@ def command(
     # What is wrong with all runs is said at once, not once for each.
     for scenario in named:
         with read_system(system_path(system), allow_outside) as read:
-            read.choose(grade, scenario)
+            read.choose(graded, scenario)
             read.seed(first_seed)
     work = jobs(
-        system, named, runs, first_seed, grade=grade, settings=chosen, step_s=step, stop_s=stop, allow_outside=allow_outside
+        system, named, runs, first_seed, grade=graded, settings=chosen, step_s=step, stop_s=stop, allow_outside=allow_outside
     )
     with read_system(system_path(system), allow_outside) as read, finished_runs(unfinished, work, read) as kept:
         table = run_and_keep(work, kept, workers, scheduler)

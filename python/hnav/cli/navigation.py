@@ -30,6 +30,7 @@ from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 NAME = INS
 SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
+PAIRED = "gyroscope and accelerometer come in lines of their own, and live the INS needs both in one: record the samples, and filter the file"
 # Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
 OF_THE_FIELD = "mag"
 
@@ -40,7 +41,7 @@ def options_of(preset: str, settings: Mapping[str, str]) -> Options:
 
 
 @dataclass
-class Told:
+class Outcome:
     """What a run has to say, whether its rows were ever together or not."""
 
     rows: int = 0
@@ -85,22 +86,22 @@ def refuse_of_ins(**given: object) -> None:
 
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
-    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.calibration, wanted.sensor])
+    refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
     corrected, reading = wanted.corrected(), wanted.reading
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
     table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
     made = made_by(recording, wanted)
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
-        doubts = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
-        told, read = Told(), read_as(next(iter(table)))
-        write_out(out, runs(table, run, told), made, recording.stem)
+        warnings = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
+        outcome, read = Outcome(), read_as(next(iter(table)))
+        write_out(out, runs(table, run, outcome), made, recording.stem)
     else:
         data = read_navigation(recording, given, options, reading)
         data = corrected(data) if corrected is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
-        doubts = warnings_of(recording, found, wanted.strict, wanted.force)
-        run, told, read = NavigationRun.over(data, options), Told(), read_as(data)
-        parts = [smoothed(data, run, told)] if wanted.smooth else list(runs(InMemory(data), run, told))
+        warnings = warnings_of(recording, found, wanted.strict, wanted.force)
+        run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
+        parts = [smoothed(data, run, outcome)] if wanted.smooth else list(runs(InMemory(data), run, outcome))
         if out is not None:
             write_out(out, parts, made, recording.stem)
         if report is not None:
@@ -109,8 +110,8 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
             from hnav.reports.navigation_page import write_navigation_report
 
             write_navigation_report(whole(parts), report, data, lines_of(found))
-    say(summary(told, run, " and ".join(str(file) for file in (out, report) if file is not None)))
-    warn([*doubts, *of_run(told, run)])
+    say(summary(outcome, run, " and ".join(str(file) for file in (out, report) if file is not None)))
+    warn([*warnings, *of_run(outcome, run)])
     return read
 
 
@@ -164,22 +165,22 @@ def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSam
     return NavigationRun(options, given, interval_of(first))
 
 
-def runs(table: LongTable | InMemory, run: NavigationRun, told: Told) -> Iterator[InsRun]:
+def runs(table: LongTable | InMemory, run: NavigationRun, outcome: Outcome) -> Iterator[InsRun]:
     """Piece after piece, with a progress bar."""
     with bar() as progress:
         task = progress.add_task(table.name, total=table.rows)
         for piece in table:
             part = run.go_on(piece)
-            told.add(part)
+            outcome.add(part)
             yield part
             progress.advance(task, len(part.t_s))
 
 
-def smoothed(data: Recording, run: NavigationRun, told: Told) -> InsRun:
+def smoothed(data: Recording, run: NavigationRun, outcome: Outcome) -> InsRun:
     """All rows at once; the run has the aids already."""
     with working(f"{data.name}: forward and back"):
         made = run.go_on(inertial_rows(data), smooth=True)
-    told.add(made)
+    outcome.add(made)
     return made
 
 
@@ -209,22 +210,29 @@ def of_navigation(found: list[Finding]) -> list[Finding]:
     return [finding for finding in found if finding.sensor != OF_THE_FIELD]
 
 
-def summary(told: Told, run: NavigationRun, written: str) -> str:
+def summary(outcome: Outcome, run: NavigationRun, written: str) -> str:
     """What was done, in a line."""
     counts = ", ".join(f"{name} {n}" for name, n in run.counts.items() if n)
-    ready = [] if told.ready_s is None else [f"{name} after {t:.3g} s" for name, t in zip(READY, told.ready_s) if np.isfinite(t)]
-    return f"{told.rows} rows to {written}; {run.us_per_sample:.2f} us/sample; {told.last}; ready: {', '.join(ready) or 'nothing'}; {counts}"
+    ready = (
+        []
+        if outcome.ready_s is None
+        else [f"{name} after {t:.3g} s" for name, t in zip(READY, outcome.ready_s) if np.isfinite(t)]
+    )
+    return f"{outcome.rows} rows to {written}; {run.us_per_sample:.2f} us/sample; {outcome.last}; ready: {', '.join(ready) or 'nothing'}; {counts}"
 
 
-def of_run(told: Told, run: NavigationRun) -> list[str]:
+def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
     """What went wrong, a line each, with the cure."""
     seen, lines = run.ins.diagnostics(), []
-    if told.ready_s is None or not np.isfinite(told.ready_s).any():
+    if outcome.ready_s is None or not np.isfinite(outcome.ready_s).any():
         phase = run.ins.navigation().phase
-        lines.append(
-            f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: see whether satellites and rows have the same clock"
+        cause = (
+            "see whether satellites and rows have the same clock"
+            if seen.used["position"]
+            else "no position of satellites was used"
         )
-    elif np.isnan(told.ready_s[1]):
+        lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}")
+    elif np.isnan(outcome.ready_s[1]):
         lines.append("warning: the heading was never ready: it needs curves, or braking and gaining speed, with satellites")
     if seen.late:
         lines.append(f"warning: {seen.late} samples came too late: give a larger --set horizon_s=...")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated
@@ -13,8 +12,9 @@ from rich.table import Table
 
 from hnav.cli.console import say, show, working
 from hnav.cli.recordings import Reading, with_reading
-from hnav.filters.noise import ENTRIES, SensorNoise, noise_of, sensor_file
-from hnav.io.outputs import refuse_overwriting, write_files
+from hnav.filters.noise import ENTRIES, SensorNoise, figures, noise_of
+from hnav.io.outputs import refuse_overwriting
+from hnav.io.sensors import write_sensor
 
 
 @with_reading
@@ -23,9 +23,11 @@ def command(
         list[Path],
         typer.Argument(help="Recordings of one device that lies still, some minutes to a night, in the formats of hnav filter"),
     ],
-    out: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Sensor file to write, in units of datasheets")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.json", help="Sensor file to write the figures into, in units of datasheets")
+    ] = None,
     report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page with the Allan deviation of each axis")] = None,
-    name: Annotated[str | None, typer.Option(help="Of the sensor; default: that of the recording")] = None,
+    name: Annotated[str | None, typer.Option(help="Of the sensor, in a new file; default: that of the recording")] = None,
     *,
     reading: Reading,
 ) -> None:
@@ -40,7 +42,7 @@ def command(
     for line in untold(found):
         say(line)
     if out is not None:
-        write_files({out: json.dumps(sensor_file(found, called), indent=2) + "\n"})
+        write_sensor(out, figures(found), called, "Allan deviation of recordings at rest, by hnav noise.")
     if report is not None:
         from hnav.reports.noise_page import write_noise_report
 

@@ -16,6 +16,7 @@ from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_findings import findings
+from hnav.filters.observer_offsets import offsets
 from hnav.filters.observer_plan import Plan, plant_of_file, read_plan
 from hnav.filters.plant import Plant
 from hnav.io.model_description import ModelDescription, Variable, read_model_description
@@ -24,8 +25,6 @@ from hnav.io.sample_table import read_sample_table, sample_table
 from hnav.native.arrays import Array
 
 SHOWN = 12  # variables of a kind
-FEW = 100  # samples tell no offset
-OFFSET = 0.3  # in sigmas of the sensor, that is worth a word
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
 CORRELATED = 0.2  # of an innovation and one of the next five, that noise alone does not explain
@@ -137,6 +136,11 @@ def write_fmu(observer: Observer, path: Path, version: int, period_s: float, cov
     """The observer as an FMU, and where it does not run."""
     lost = observer.export(path, version, period_s=period_s, covariance=covariance)
     say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
+    plan, first = observer.plan, observer.names[0]
+    fed = ", ".join(f"{name}.value" for name in [*plan.sensors, *plan.inputs][:SHOWN])
+    say(
+        f"inputs {fed}, a sample each {period_s:g} s; parameters start.{first}, start_sigma.{first}; outputs est.{first}, sigma.{first}"
+    )
     if lost:
         say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")
 
@@ -179,7 +183,9 @@ def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, repo
         say(f"not in the plan, and not used: {', '.join(unused)}")
     if missing:
         say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
-    for line in [*summary(run), *offsets(run, plan), *doubtful_events(observer)]:
+    info = doubtful_events(observer)
+    advice = offset_sentences(run, plan, lambda changed: Observer(changed, observer.options).run(t_s, sensors, inputs))
+    for line in [*summary(run), *advice, *info]:
         say(line)
     for one in found[:SHOWN]:
         say(one.sentence(t_s[0]))
@@ -229,20 +235,15 @@ def doubtful_events(observer: Observer) -> list[str]:
     return lines
 
 
-def offsets(run: ObserverRun, plan: Plan) -> list[str]:
-    """A line for each sensor that reads too much or too little in the mean, by what matters beside its noise."""
+def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], ObserverRun]) -> list[str]:
+    """A line for each sensor that reads too much or too little; follow: a run of a changed plan."""
     lines = []
-    for name, innovation in run.innovation.items():
-        used = innovation[np.isfinite(innovation)]
-        if len(used) < FEW:
-            continue
-        mean, deviation = float(np.median(used)), float(used.std())
-        if abs(mean) > max(OFFSET * plan.sensors[name].noise, 5 * deviation / np.sqrt(len(used))):
-            direction = "more" if mean > 0 else "less"
-            lines.append(
-                f"{name} reads {abs(mean):.3g} {direction} than expected in the median: "
-                f"offset = {plan.sensors[name].own_offset - mean:.3g} in its table takes it away"
-            )
+    for name, offset in offsets(run, plan, follow).items():
+        more = plan.sensors[name].own_offset - offset
+        direction = "more" if more > 0 else "less"
+        lines.append(
+            f"{name} reads {abs(more):.3g} {direction} than expected in the median: offset = {offset:.3g} in its table takes it away"
+        )
     return lines
 
 
@@ -268,14 +269,12 @@ def tell_noises(observer: Observer, data: Path) -> None:
     say(f"log-likelihood of the samples {before:.1f}, with the noises below {after:.1f}:")
     plan = tuned.plan
     for name, sensor in plan.sensors.items():
-        say(f'[sensor."{name}"]\nnoise = {sensor.noise:.4g}')
+        offset = f"\noffset = {sensor.own_offset:.4g}" if name in tuned.offsets else ""
+        say(f'[sensor."{name}"]\nnoise = {sensor.noise:.4g}{offset}')
     for table, known in (("state", plan.states), ("unknown_input", plan.unknown_inputs), ("parameter", plan.parameters)):
         for name, told in known.items():
             if told.noise > 0:
                 say(f'[{table}."{name}"]\nnoise = {told.noise:.4g}')
-    run = Observer(plan, observer.options).run(t_s, sensors, inputs)
-    for line in ["with these noises:", *innovations(run), *offsets(run, plan)]:
-        say(line)
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
@@ -286,7 +285,7 @@ def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
     """Whether the model of a sensor holds: its predictions and its innovations are as large as stated, and its innovations are white."""
     if ahead_nis != ahead_nis:
         return "too few samples to say whether the model holds"
-    white = f"innovations correlated by {correlation:.2f}"
+    white = f"innovations correlated by {correlation:.2f} and with a mean NIS of {mean_nis:.2f}"
     sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1]
     wrong = ahead_nis >= GOOD_AHEAD or abs(correlation) > CORRELATED or not sized
     return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"

@@ -11,7 +11,7 @@ import typer
 from hnav.cli.console import console, say
 from hnav.cli.parameters import FilterOrIns
 from hnav.cli.words import UsageError
-from hnav.filters.options import option_table
+from hnav.filters.options import PRESETS, option_table
 from hnav.native.options import OptionInfo
 
 FEW = 5  # of which everything is told
@@ -24,15 +24,16 @@ def command(
     filter: FilterOrIns = "ahrs",
     as_json: Annotated[bool, typer.Option("--json", help="As JSON, with the reasons of the defaults")] = False,
 ) -> None:
+    words = words or []
+    if len(words) == 1 and words[0].lower() in PRESETS:
+        words, filter = [], words[0].lower()
     everything = list(option_table(filter).values())
-    found = sorted((info for info in everything if matches(info, words or [])), key=lambda info: info.advanced)
+    found = sorted((info for info in everything if matches(info, words)), key=lambda info: info.advanced)
     if as_json:
         typer.echo(json.dumps([described(info) for info in found], indent=1))
         return
     if not found:
-        raise UsageError(
-            f"no option of {filter} has {' and '.join(words or [])} in its name or text; hnav options lists them all"
-        )
+        raise UsageError(f"no option of {filter} has {' and '.join(words)} in its name or text; hnav options lists them all")
     (tell_all if console.is_terminal else table)(filter, found)
 
 

@@ -25,7 +25,7 @@ def tell_errors(recording: Path, wanted: Wanted) -> None:
     data = read_navigation(recording, aids_given(wanted.gnss, reading), options, reading)
     data = corrected(data) if (corrected := wanted.corrected()) else data
     found = [*of_navigation(reading.check(data)), *check_aids(data)]
-    doubts = warnings_of(recording, found, wanted.strict, wanted.force)
+    warnings = warnings_of(recording, found, wanted.strict, wanted.force)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
         score = navigation_score(data, true, options, lengths, wanted.smooth)
     show(figures_table(score, f"{data.name} ({options.preset}{', with hindsight' if wanted.smooth else ''})"))
@@ -33,7 +33,7 @@ def tell_errors(recording: Path, wanted: Wanted) -> None:
         show(outages_table(score.outages))
     for line in said(score, true):
         say(line)
-    warn(doubts)
+    warn(warnings)
 
 
 def lengths_of(text: str | None) -> list[float]:

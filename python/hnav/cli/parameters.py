@@ -23,7 +23,6 @@ FilterName = Annotated[str, _filter("ahrs (real sensors) or hrekf (the paper's)"
 FilterOrIns = Annotated[
     str, _filter("ahrs (real sensors), hrekf (the paper's) or ins (position, velocity and attitude)", *FILTERS, "ins")
 ]
-Calibration = Annotated[Path | None, typer.Option(metavar="FILE", help="Correct the field first: a file by hnav calibrate")]
 PlaceAndDate = Annotated[
     str | None,
     typer.Option(metavar="LAT,LON,HEIGHT,YEAR", help="deg, deg, m, decimal year: the magnetic field of the place, true headings"),
@@ -35,7 +34,7 @@ Sensor = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="Sensor file: figures by the datasheet, and calibrations, which correct the recording; of the INS the calibrations alone",
+        help="Sensor file: figures by the datasheet, of the INS beside those of its preset, and calibrations, which correct the recording",
     ),
 ]
 Gnss = Annotated[
@@ -119,6 +118,14 @@ SystemName = Annotated[
 Grade = Annotated[
     str | None, typer.Option(help="A sensor grade of the system; hnav systems NAME lists them", autocompletion=grade_names)
 ]
+SystemSensor = Annotated[
+    Path | None,
+    typer.Option(
+        "--sensor",
+        metavar="FILE",
+        help="A sensor file as the grade: its figures in the sensors, and in the filters that assume them",
+    ),
+]
 Scenario = Annotated[
     str | None, typer.Option(help="A scenario of the system; hnav systems NAME lists them", autocompletion=scenario_names)
 ]
@@ -141,6 +148,17 @@ def parse_settings(pairs: list[str] | None) -> dict[str, str]:
             raise UsageError(f"--set {pair}: write NAME=VALUE")
         found[name] = value
     return found
+
+
+def grade_or_sensor(grade: str | None, sensor: Path | None) -> str | None:
+    """The grade of a system. Raises UsageError when both are given, and for a sensor file without its suffix."""
+    if sensor is None:
+        return grade
+    if grade is not None:
+        raise UsageError("--grade and --sensor: give one of them")
+    if sensor.suffix != ".json":
+        raise UsageError(f"--sensor {sensor}: a sensor file ends in .json")
+    return str(sensor)
 
 
 def parse_system_settings(pairs: list[str] | None) -> dict[str, str]:

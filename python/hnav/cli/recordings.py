@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -18,11 +19,14 @@ from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
+SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
+"""Between gx=1 and gy=2; axes have commas too."""
+
 
 def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
-    """NAME=VALUE each, to values by name. Raises UsageError."""
+    """NAME=VALUE each, or several with commas between, to values by name. Raises UsageError."""
     found = {}
-    for text in texts or []:
+    for text in (part for several in texts or [] for part in SEVERAL.split(several)):
         name, separator, value = text.partition("=")
         if not (separator and name.strip() and value.strip()):
             raise UsageError(f"{option} {text}: write NAME=VALUE")
@@ -100,14 +104,14 @@ def lines_of(findings: list[Finding]) -> list[str]:
 
 
 def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool = True) -> list[str]:
-    """A line for each warning. Raises UsageError with strict for any, and without force for one that makes an estimate meaningless
-    or has to be decided by the user first. A command without an estimate need not say force."""
-    alarms = sorted((f for f in findings if f.level != "note"), key=lambda finding: not finding.stops)
-    more = f" (and {len(alarms) - 1} more: hnav check {path})" if len(alarms) > 1 else ""
-    if strict and alarms:
-        raise UsageError(f"{path}: {told(alarms[0])}{more}")
-    if alarms and alarms[0].stops and not force:
-        raise UsageError(f"{path}: {told(alarms[0])}{more}; --force goes on in spite of it")
+    """A line for each warning. Raises UsageError, naming all at once, with strict for any, and without force for those that make an
+    estimate meaningless or have to be decided by the user first. A command without an estimate need not say force."""
+    alarms = [finding for finding in findings if finding.level != "note"]
+    stopping = alarms if strict else [finding for finding in alarms if finding.stops and not force]
+    if stopping:
+        left = len(alarms) - len(stopping)
+        more = f" (and {left} more: hnav check {path})" if left else ""
+        raise UsageError(f"{path}: {'; '.join(map(told, stopping))}{more}{'' if strict else '; --force goes on in spite of it'}")
     return [f"warning: {path.name}: {told(finding)}" for finding in alarms]
 
 

@@ -74,13 +74,13 @@ def command(
         refuse_overwriting([file], [source])
         data = reading.read(source)
         found = reading.check(data)
-        doubts = warnings_of(source, found, strict, force)
+        warnings = warnings_of(source, found, strict, force)
         chosen, note = with_frame(frame, parse_settings(settings), data)
         result = filtered(data, filter, "c", chosen, preset, None, False)
         say_page(file, write_page(file, result, data, lines_of(found)))
         for line in note:
             say(line)
-        warn(doubts)
+        warn(warnings)
     if open:
         typer.launch(str(file))
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from rich.table import Table
@@ -15,10 +13,8 @@ from hnav.cli.recordings import warn
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer
 from hnav.filters.sensor_calibration import SensorCalibration, calibrate_sensors
-from hnav.io.json_file import read_json
-from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
-from hnav.io.sensors import CALIBRATION, SI, VERSION, Correction, read_grade
+from hnav.io.sensors import Correction, write_sensor
 from hnav.units import G_M_S2
 
 SHOWN = {"accel": ("mg", 1e-3 * G_M_S2), "gyro": ("deg/s", np.pi / 180), "mag": ("uT", 1e-6)}
@@ -31,8 +27,6 @@ def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_
     if report is not None:
         # Plotly takes a while to load; the page says so where it is missing.
         import_module("hnav.reports.page")
-    if sensor.exists():
-        read_grade(sensor)
     try:
         with working(f"{data.name}: rests and turns"):
             found = calibrate_sensors(data, gravity_m_s2)
@@ -44,7 +38,7 @@ def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_
             say(str(report))
         raise
     made = {"accel": found.accel, "gyro": found.gyro} | field_of(data, found)
-    write_files({sensor: json.dumps(sensor_file(sensor, data.name, made), indent=1) + "\n"})
+    write_sensor(sensor, made, data.name)
     if report is not None:
         from hnav.reports.sensor_page import write_sensor_report
 
@@ -64,15 +58,7 @@ def field_of(data: Recording, found: SensorCalibration) -> dict[str, Correction]
         warn([f"warning: the magnetometer is left out: {error}"])
         return {}
     say(f"magnetometer: {iron.fit}; {iron.note}")
-    return {"mag": Correction(iron.matrix, iron.offset)}
-
-
-def sensor_file(file: Path, name: str, made: dict[str, Correction]) -> dict[str, Any]:
-    """What stands in the file, and the calibrations."""
-    data: dict[str, Any] = read_json(file) if file.exists() else {"version": VERSION, "name": name, "source": "hnav calibrate."}
-    for sensor, correction in made.items():
-        data[sensor] = data.get(sensor, {}) | {CALIBRATION: correction.entry(SI[sensor])}
-    return data
+    return {"mag": iron.correction}
 
 
 def rows_of(made: dict[str, Correction]) -> list[list[str]]:

@@ -13,9 +13,11 @@ from hnav.cli.parameters import (
     Grade,
     Scenario,
     SystemName,
+    SystemSensor,
     SystemSettings,
     SystemStep,
     SystemStop,
+    grade_or_sensor,
     parse_system_settings,
 )
 from hnav.cli.words import UsageError
@@ -29,13 +31,14 @@ def command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
     scenario: Scenario = None,
     grade: Grade = None,
+    sensor: SystemSensor = None,
     settings: SystemSettings = None,
     seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,
     step: SystemStep = None,
     stop: SystemStop = None,
     allow_outside: AllowOutside = False,
 ) -> None:
-    chosen = parse_system_settings(settings)
+    chosen, graded = parse_system_settings(settings), grade_or_sensor(grade, sensor)
     refuse_overwriting([out / SIGNALS, out / ABOUT], system_files(system))
     with bar() as progress:
         task = progress.add_task(system, total=None)
@@ -43,7 +46,7 @@ def command(
         def show(done: int, total: int) -> None:
             progress.update(task, completed=done, total=total)
 
-        run = simulate(system, scenario, grade, chosen, seed, step, stop, progress=show, allow_outside=allow_outside)
+        run = simulate(system, scenario, graded, chosen, seed, step, stop, progress=show, allow_outside=allow_outside)
     write_run(run, out)
     wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
     length = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s"

@@ -28,12 +28,12 @@ def compare_trials(folder: Path, wanted: Wanted, crop_s: float | None, json_file
     scores: dict[str, Score] = {}
     consistency: dict[str, float] = {}
     us_per_sample = []
-    doubts: list[str] = []
+    warnings: list[str] = []
     with bar() as progress:
         task = progress.add_task("trials", total=len(trials))
         for path in trials.values():
             data = read(path)
-            doubts += warnings_of(path, data.check(), wanted.strict)
+            warnings += warnings_of(path, data.check(), wanted.strict)
             if crop_s is not None:
                 data = data.cropped(crop_s)
             result = run_recording(data, filter, engine, chosen, preset, smooth=wanted.smooth)
@@ -42,7 +42,7 @@ def compare_trials(folder: Path, wanted: Wanted, crop_s: float | None, json_file
             consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis
             us_per_sample.append(result.us_per_sample)
             progress.advance(task)
-    warn(doubts)
+    warn(warnings)
     show(score_table(scores, consistency, f"{filter} ({engine})"))
     us = float(np.median(us_per_sample))
     say(f"median time per sample: {us:.2f} us")

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import reduce
 from math import radians
 from pathlib import Path
 
 from hnav.cli.recordings import Reading
 from hnav.cli.words import UsageError
-from hnav.filters.calibration import read_calibration
 from hnav.filters.options import options_of_place, options_of_sensor
 from hnav.io.plausibility import hemisphere_at
 from hnav.io.recordings import Recording
@@ -34,50 +32,42 @@ class Wanted:
     strict: bool = False
     force: bool = False
     smooth: bool = False
-    calibration: Path | None = None
     sensor: Path | None = None
     gnss: Path | None = None
     truth: Path | None = None
     outages: str | None = None
 
     def corrected(self) -> Corrected | None:
-        """What corrects a recording by the files of calibrations. Raises HnavError, UsageError."""
-        return corrected_by(self.calibration, self.sensor)
+        """What corrects a recording by the calibrations of the sensor file. Raises HnavError."""
+        return corrected_by(self.sensor)
 
     def made_of(self, recording: Path) -> list[str]:
         """What the head of a table says of its sources."""
-        lines = [f"recording {recording}"]
-        lines += [f"field corrected by {self.calibration}"] if self.calibration else []
-        return lines + ([f"sensors by {self.sensor}"] if self.sensor else [])
+        return [f"recording {recording}", *([f"sensors by {self.sensor}"] if self.sensor else [])]
 
 
-def corrected_by(calibration: Path | None, sensor: Path | None) -> Corrected | None:
-    """Of a magnetometer's calibration, and of a sensor file, which may hold those of three sensors. Raises HnavError, UsageError."""
+def corrected_by(sensor: Path | None) -> Corrected | None:
+    """None where the sensor file has no calibration. Raises HnavError."""
     grade = None if sensor is None else read_grade(sensor)
-    if calibration is not None and grade is not None and "mag" in grade.corrections:
-        raise UsageError(f"--calibration {calibration}: {sensor} has a calibration of the magnetometer too: give one of them")
-    steps: list[Corrected] = []
-    if calibration is not None:
-        steps.append(read_calibration(calibration).apply_to)
-    if grade is not None and grade.corrections:
-        steps.append(grade.apply_to)
-    return (lambda recording: reduce(lambda done, step: step(done), steps, recording)) if steps else None
+    return grade.apply_to if grade is not None and grade.corrections else None
 
 
 def preset_and_settings(
     filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
 ) -> tuple[str, dict[str, str]]:
     """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
+    of_place = settings_of_place(filter, place_and_date)
+    if filter == INS:
+        return grade or preset, _of_sensor(filter, sensor) | of_place
     if grade is not None and sensor is not None:
         raise UsageError("--grade and --sensor: give one of them")
-    if filter == INS:
-        if sensor is not None and not read_grade(sensor).corrections:
-            raise UsageError(f"--sensor {sensor}: has no calibration, and the INS takes its other figures from --grade")
-        return grade or preset, settings_of_place(filter, place_and_date)
     if grade is not None and grade not in GRADES:
         raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
-    of_sensor = {name: str(value) for name, value in options_of_sensor(filter, sensor or grade).items()}
-    return preset, of_sensor | settings_of_place(filter, place_and_date)
+    return preset, _of_sensor(filter, sensor or grade) | of_place
+
+
+def _of_sensor(filter: str, sensor: Path | str | None) -> dict[str, str]:
+    return {name: str(value) for name, value in options_of_sensor(filter, sensor).items()}
 
 
 def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import atexit
 import io
 import os
 import shutil
 import signal
 import sys
 import tempfile
+import time
 
-from hnav.cli.words import UsageError
+from hnav.cli.words import Interrupted, UsageError
 from hnav.io.outputs import temporary_folder
+
+PATIENCE_S, STEP_S = 2.0, 0.05
+"""After an interrupt: a binary that loops for ever does not hear it."""
 
 
 def watched(binary: str, remedy: str) -> None:
-    """From here on a child goes on, and this process waits for it and ends as it does. Raises UsageError here when the child crashes.
+    """From here on a child goes on, and this process waits for it and ends as it does. Raises UsageError here when the binary ends the
+    child, by a crash or by calling exit, and Interrupted when it had to be killed after an interrupt.
 
     Where there is no fork, as under Windows, or output is kept in memory, all goes on in this process.
     """
@@ -24,21 +30,37 @@ def watched(binary: str, remedy: str) -> None:
     sys.stderr.flush()
     # What the child unpacks lies in here: it does not outlive a crash.
     unpacked = temporary_folder("hnav_watched_")
+    ended_by_itself, at_end = os.pipe()
     child = os.fork()
     if child == 0:
         tempfile.tempdir = str(unpacked)
+        atexit.register(os.write, at_end, b".")  # not called where the binary calls exit
         return
+    os.close(at_end)
     try:
         code = _ended(child)
     except KeyboardInterrupt:
-        # From the keyboard it comes to both, from a kill to this one alone.
-        os.kill(child, signal.SIGTERM)
-        code = _ended(child)
+        code = _interrupted(child, binary)
     finally:
         shutil.rmtree(unpacked, ignore_errors=True)
-    if code >= 0:
-        sys.exit(code)
-    raise UsageError(f"{binary} crashed ({signal.Signals(-code).name}), and took its process with it: {remedy}")
+    if code < 0:
+        raise UsageError(f"{binary} crashed ({signal.Signals(-code).name}), and took its process with it: {remedy}")
+    if not os.read(ended_by_itself, 1):
+        raise UsageError(f"{binary} called exit({code}), and took its process with it: {remedy}")
+    sys.exit(code)
+
+
+def _interrupted(child: int, binary: str) -> int:
+    """The exit code of a child that ends itself. From the keyboard an interrupt comes to both, from a kill to this process alone."""
+    os.kill(child, signal.SIGTERM)
+    for _ in range(round(PATIENCE_S / STEP_S)):
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(STEP_S)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    raise Interrupted(f"{binary} did not come back within {PATIENCE_S:g} s of the interrupt, and was killed; nothing was written")
 
 
 def _writes_to_files() -> bool:

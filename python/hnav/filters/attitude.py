@@ -44,23 +44,23 @@ class Filter(FilterObject):
         Filter(Options("ahrs"))
         Filter("ins", "industrial")                 # an Ins
 
-    options: the name of a filter, with preset and values as of its Options, or Options. Raises HnavValueError for options that
+    options: the name of a filter, with preset and values as of its Options, or Options; without it the AHRS. Raises HnavValueError for options that
     are impossible, HnavRuntimeError when there is no memory.
     """
 
     @overload
     def __new__(cls, options: Literal["ins"], preset: str | None = None, **values: object) -> Ins: ...  # type: ignore[misc]
     @overload
-    def __new__(cls, options: Options | str, preset: str | None = None, **values: object) -> Filter: ...
+    def __new__(cls, options: Options | str = "ahrs", preset: str | None = None, **values: object) -> Filter: ...
 
-    def __new__(cls, options: Options | str, preset: str | None = None, **values: object) -> Any:
+    def __new__(cls, options: Options | str = "ahrs", preset: str | None = None, **values: object) -> Any:
         if (options if isinstance(options, str) else options.filter) != "ins":
             return super().__new__(cls)
         from hnav.filters.ins import Ins  # a filter of another kind, so that this one is not initialised
 
         return Ins((preset or "default") if isinstance(options, str) else options, **values)
 
-    def __init__(self, options: Options | str, preset: str | None = None, **values: object):
+    def __init__(self, options: Options | str = "ahrs", preset: str | None = None, **values: object):
         if isinstance(options, str):
             self._options = Options(options, preset or "default", **values)
         elif preset is None:

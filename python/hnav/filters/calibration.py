@@ -2,7 +2,7 @@
 
     calibration = calibrate_magnetometer(field, force)      # n x 3 each, of a sensor that was turned about all axes
     corrected = calibration.apply(field)
-    write_calibration("sensor.json", calibration)           # hnav filter --calibration sensor.json
+    hnav.write_sensor("sensor.json", {"mag": calibration.correction})           # hnav filter --sensor sensor.json
 
 The mathematics is that of the C library: an ellipsoid is fitted, gravity gives the rotation that it leaves open, both are
 refined together, outliers lose their weight. Sources stand in hnav/calibration.h.
@@ -10,19 +10,16 @@ refined together, outliers lose their weight. Sources stand in hnav/calibration.
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import MISSING, Field, asdict, dataclass, fields, replace
+from dataclasses import dataclass
 from dataclasses import field as dataclass_field
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Protocol, TypeVar
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.io.json_file import read_json
-from hnav.io.outputs import write_files
+from hnav.errors import HnavValueError
+from hnav.io.sensors import Correction
 from hnav.native.arrays import Array, Named, Record, Shaped, address, rows_of_three
 from hnav.native.library import failure, library, message_buffer, new, text
 from hnav.native.options import OptionSet
@@ -41,23 +38,6 @@ class MagnetometerOptions(OptionSet):
     """
 
     LIST = "magnetometer"
-
-
-class Magnetic(Protocol):
-    """A recording: a dataclass with a name and a field."""
-
-    @property
-    def name(self) -> str:
-        """What messages call it."""
-
-    @property
-    def field_b_tesla(self) -> Array | None:
-        """n x 3, tesla; None without a magnetometer."""
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-
-M = TypeVar("M", bound=Magnetic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +88,7 @@ class MagnetometerCalibration(Record):
     unit: str
     """Of offset and strength: one of hnav.units.TESLA_PER."""
     gap_direction: Array = dataclass_field(default_factory=lambda: np.full(3, np.nan))
-    """3, of the corrected field: the middle of the largest part of the sphere without a sample; NaN in files before 0.2.0."""
+    """3, of the corrected field: the middle of the largest part of the sphere without a sample."""
     gap_rad: float = math.nan
     """How far from it the nearest sample is."""
 
@@ -117,12 +97,10 @@ class MagnetometerCalibration(Record):
         corrected: Array = (np.asarray(field, np.float64) - self.offset) @ self.matrix.T
         return corrected
 
-    def apply_to(self, recording: M) -> M:
-        """The recording with its field corrected. Raises HnavRuntimeError when it has none."""
-        if recording.field_b_tesla is None:
-            raise HnavRuntimeError("no data", f"{recording.name}: has no magnetometer to calibrate")
-        tesla = TESLA_PER[self.unit]
-        return replace(recording, field_b_tesla=tesla * self.apply(recording.field_b_tesla / tesla))
+    @property
+    def correction(self) -> Correction:
+        """The same for a field in tesla, for a sensor file; without sigmas."""
+        return Correction(self.matrix, TESLA_PER[self.unit] * self.offset)
 
 
 def calibrate_magnetometer(
@@ -150,64 +128,3 @@ def calibrate_magnetometer(
     if status:
         raise failure(status, message)
     return MagnetometerCalibration.read(found, note=text(message), unit=unit)
-
-
-# --------------------------------------------------------------------------------------------- files
-
-KIND = "magnetometer calibration"
-WORDS = {"fit": FITS, "unit": tuple(TESLA_PER)}
-SHAPES = {"offset": (3,), "matrix": (3, 3), "gap_direction": (3,)}
-
-
-def write_calibration(path: str | Path, calibration: MagnetometerCalibration) -> None:
-    """As JSON with the names of the fields; what is not known (NaN) becomes null. Raises OutputError; then the old file stays."""
-    values: dict[str, Any] = {"hnav": KIND}
-    for name, value in asdict(calibration).items():
-        plain = value.tolist() if isinstance(value, np.ndarray) else value
-        values[name] = None if isinstance(plain, float) and math.isnan(plain) else plain
-    write_files({Path(path): json.dumps(values, indent=1) + "\n"})
-
-
-def read_calibration(path: str | Path) -> MagnetometerCalibration:
-    """What write_calibration wrote. Raises HnavValueError naming the file and what is wrong with it."""
-    values = read_json(Path(path))
-    if not isinstance(values, dict) or values.get("hnav") != KIND:
-        raise HnavValueError("file", f"{path}: not a magnetometer calibration by hnav calibrate")
-    read = {}
-    for field in fields(MagnetometerCalibration):
-        if field.name not in values:
-            if field.default is not MISSING or field.default_factory is not MISSING:
-                continue  # files of older versions have none
-            raise HnavValueError("file", f"{path}: {field.name} is missing")
-        try:
-            read[field.name] = _entry(field.name, values[field.name])
-        except (TypeError, ValueError, OverflowError):
-            raise HnavValueError("file", f"{path}: {field.name} is not {_wanted(field.name)}") from None
-    return MagnetometerCalibration(**read)
-
-
-def _entry(name: str, value: Any) -> Any:
-    """A field of a calibration from what the file has for it. Raises TypeError, ValueError or OverflowError."""
-    if name in WORDS or name == "note":
-        if not isinstance(value, str) or value not in WORDS.get(name, (value,)):
-            raise ValueError
-        return value
-    if name in SHAPES:
-        numbers = np.array(value, float)
-        if numbers.shape != SHAPES[name] or not np.isfinite(numbers).all():
-            raise ValueError
-        return numbers
-    # Only what is null was not known.
-    number = math.nan if value is None else value
-    if isinstance(number, bool) or not isinstance(number, int | float) or math.isinf(float(number)):
-        raise TypeError
-    return number
-
-
-def _wanted(name: str) -> str:
-    """What a field of a calibration has to be, in words."""
-    if name in WORDS:
-        return f"one of {', '.join(WORDS[name])}"
-    return (
-        f"{' x '.join(map(str, SHAPES[name]))} finite numbers" if name in SHAPES else "a text" if name == "note" else "a number"
-    )

@@ -2,7 +2,7 @@
 
     found = noise_of([hnav.read("night.csv")])
     found["gyro"].terms["white"].value         # rad/s/sqrt(Hz), of each axis
-    sensor_file(found, "my chip")              # as a sensor file holds it
+    hnav.write_sensor("sensor.json", figures(found))
 
 Model of the Allan variance (IEEE Std 952, annex C): N^2 / tau + (2 ln 2 / pi) B^2 + K^2 tau / 3, with the density N of white noise, the bias
 instability B and the random walk K. Confidence is by the degrees of freedom of each octave of tau.
@@ -19,7 +19,6 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.recordings import ARRAYS, Recording
-from hnav.io.sensors import VERSION
 from hnav.native.arrays import Array, stretches
 from hnav.units import G_M_S2
 
@@ -229,12 +228,12 @@ def _fit(tau_s: Array, variance: Array, degrees: Array, rng: np.random.Generator
     return {name: Term(value[i : i + 1], low[i : i + 1], high[i : i + 1]) for i, name in enumerate(TERMS)}
 
 
-def sensor_file(found: Mapping[str, SensorNoise], name: str) -> dict[str, Any]:
-    """What a sensor file holds: of each sensor the figures that the recordings give, in units of datasheets."""
-    data: dict[str, Any] = {"version": VERSION, "name": name, "source": "Allan deviation of recordings at rest, by hnav noise."}
+def figures(found: Mapping[str, SensorNoise]) -> dict[str, dict[str, Any]]:
+    """Of each sensor the figures that the recordings give, as entries of a sensor file, in units of datasheets."""
+    made: dict[str, dict[str, Any]] = {}
     for sensor, noise in found.items():
-        data[sensor] = {"period": {"value": float(f"{1e3 / noise.rate_hz:.6g}"), "unit": "ms"}}
+        made[sensor] = {"period": {"value": float(f"{1e3 / noise.rate_hz:.6g}"), "unit": "ms"}}
         for term, (entry, unit, si) in ENTRIES[sensor].items():
             if np.isfinite(value := noise.terms[term].mean):
-                data[sensor][entry] = {"value": float(f"{value / si:.4g}"), "unit": unit}
-    return data
+                made[sensor][entry] = {"value": float(f"{value / si:.4g}"), "unit": unit}
+    return made

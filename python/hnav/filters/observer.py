@@ -10,6 +10,7 @@ FMUs are native code: one runs with all your rights. Observers of different thre
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import weakref
 import zipfile
@@ -26,6 +27,7 @@ from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
 from hnav.filters.observer_plan import Estimated, Input, Plan, Sensor
 from hnav.filters.plant import Asked, Plant
 from hnav.filters.run_base import RunBase
+from hnav.io.archive_room import Room
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
 from hnav.native.arrays import Array, Record, address, times
@@ -253,8 +255,11 @@ class Observer(StatefulObject):
         folder = _unpack(fmu, self.plan.text())
         try:
             super().__init__("hnav_observer_open", self._options.struct, str(folder).encode())
-        except BaseException:
+        except BaseException as error:
             shutil.rmtree(folder, ignore_errors=True)
+            if isinstance(error, HnavError) and str(folder) in str(error):  # what the system's loader says of a binary
+                shown = str(error).replace(f"{folder}{os.sep}", "")
+                raise HnavRuntimeError(error.status, f"{fmu.path.name}: {shown}; export it again") from None
             raise
         weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         if fmu.once:
@@ -480,7 +485,9 @@ def _unpack(fmu: ModelDescription, plan: str) -> Path:
     folder = temporary_folder("hnav_observer_")
     try:
         with writing(f"{folder} (unpacking {fmu.path.name})"), zipfile.ZipFile(fmu.path) as archive:
-            wanted = [name for name in archive.namelist() if name.startswith((fmu.binary.rsplit("/", 1)[0] + "/", "resources/"))]
+            needed = (fmu.binary.rsplit("/", 1)[0] + "/", "resources/")
+            wanted = [entry for entry in archive.infolist() if entry.filename.startswith(needed)]
+            Room("ask its maker for a smaller one").take(wanted, str(fmu.path))
             archive.extractall(folder, wanted)
             (folder / "resources").mkdir(exist_ok=True)
             (folder / "observer.plan").write_text(plan, encoding="utf-8")

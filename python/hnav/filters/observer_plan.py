@@ -7,7 +7,7 @@ import math
 import re
 import runpy
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -284,8 +284,24 @@ class Plan:
         for place, told in enumerate((*self.states.values(), *self.unknown_inputs.values(), *self.parameters.values())):
             if math.isfinite(told.min) or math.isfinite(told.max):
                 lines.append(f"bound {place} {_text(told.min)} {_text(told.max)}")
+        lines += self._dependencies()
         lines += [f"logarithmic {place}" for place, told in enumerate(self.parameters.values()) if told.log]
         return "\n".join([*lines, "end", ""])
+
+    def _dependencies(self) -> Iterator[str]:
+        """Lines on what the derivatives depend on, of those that do not depend on everything that moves."""
+        fmu = self.plant
+        assert isinstance(fmu, ModelDescription)
+        moving = [fmu.variables[name].reference for name in (*self.states, *self.unknown_inputs)]
+        for row, known in enumerate(fmu.depends):
+            if known is None or known.issuperset(moving):
+                continue
+            places = [str(place) for place, reference in enumerate(moving) if reference in known]
+            for first in range(0, max(len(places), 1), _PLACES):
+                yield " ".join(["depends", str(row), *places[first : first + _PLACES]])
+
+
+_PLACES = 100  # in one line of a plan
 
 
 def _text(number: float) -> str:

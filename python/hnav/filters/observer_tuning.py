@@ -1,10 +1,11 @@
-"""Noise of a plan from a recording: the densities and sensor sigmas that make its samples most likely.
+"""Noises of a plan, and offsets of its sensors, from a recording: those that make its samples most likely.
 
     tuned = tune(plan, t_s, {"x": y})
-    tuned.plan, tuned.undetermined, tuned.ahead_nis
+    tuned.plan, tuned.offsets, tuned.undetermined, tuned.ahead_nis
 
-The likelihood of the innovations says how large noises are, as far as the data determine it; whether the model is right says
-prediction over several samples.
+Fisher scoring on the likelihood of the innovations: each row of samples has a score, the difference of two runs of the filter, and the scores
+give gradient and information together. The logarithms of the noises have a wide Gaussian around the plan's, so that a noise that the samples do
+not determine stays there. The likelihood determines how large noises are; prediction over several samples and white innovations say whether the model is right.
 """
 
 from __future__ import annotations
@@ -12,15 +13,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import minimize
 
 from hnav.errors import HnavError, HnavValueError
-from hnav.filters.observer import Observer, ObserverOptions
+from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
 from hnav.filters.observer_findings import findings
+from hnav.filters.observer_offsets import offsets, with_offsets
 from hnav.filters.observer_plan import Plan
 from hnav.native.arrays import Array
 
@@ -28,8 +28,12 @@ AHEAD = 10  # samples that a prediction goes ahead
 LAGS = 5  # innovations after one, that it must not foretell
 _CHANCE = 4.0  # sigmas of a correlation
 _RANGE = math.log(1e4)  # of a factor
-_ENOUGH = 0.05  # nats, about: what a better step has to bring
-_NATS = 2.0  # that half or twice of a noise must cost to be determined
+_PRIOR = math.log(10)  # sigma of the logarithm of a factor, before the samples
+_STEP = 0.01  # of a logarithm, for differences
+_LONGEST = math.log(10)  # change of a logarithm at once
+_ENOUGH = 0.05  # nats, about: what a further step has to bring
+_ITERATIONS, _HALVES, _ROUNDS = 20, 6, 3
+_UNDETERMINED = 0.35  # sigma of a logarithm: half or twice of the noise costs less than 2 nats
 
 
 @dataclass(frozen=True)
@@ -37,13 +41,15 @@ class Tuned:
     """A plan whose noises fit a recording."""
 
     plan: Plan
-    """With the noises found; otherwise as given."""
+    """With the noises and offsets found; otherwise as given."""
     factors: dict[str, float]
     """By which each noise was multiplied: "sensor x", "state v", ..."""
+    offsets: dict[str, float]
+    """By sensor, where the samples determine another one than that of the plan: what is to be added to its samples, in its own unit."""
     log_likelihood: tuple[float, float]
     """Before and after, of all samples."""
     undetermined: tuple[str, ...]
-    """Noises of which half or twice is about as likely."""
+    """Noises that the samples do not determine: half or twice is about as likely, if the others follow."""
     correlation: dict[str, float]
     """By sensor: the largest correlation of an innovation with one of the next LAGS, 0 where chance explains it."""
     mean_nis: dict[str, float]
@@ -66,39 +72,119 @@ def tune(
         raise HnavValueError("option", "no state has noise: give one that is disturbed a first value, however rough")
     seen = {name: np.asarray(values, float) for name, values in sensors.items()}
 
-    def likelihood(logs: Array) -> float:
-        try:
-            run = Observer(_scaled(plan, dict(zip(names, np.exp(logs)))), options).run(t_s, seen, inputs)
-        except HnavError:
-            return -math.inf
-        told = float(np.nansum(run.log_likelihood)) if run.dropped == 0 else -math.inf
-        progress(told)
-        return told
+    given = plan
 
-    first = likelihood(np.zeros(len(names)))
-    if not math.isfinite(first):
+    def run_at(logs: Array) -> ObserverRun | None:
+        run = _run(_scaled(given, dict(zip(names, np.exp(logs)))), t_s, seen, inputs, options)
+        progress(-math.inf if run is None else _likelihood(run))
+        return run
+
+    first = run_at(np.zeros(len(names)))
+    if first is None:
         raise HnavValueError(
             "option", "the plan itself has no likelihood: its run drops samples or fails, see hnav observe --data"
         )
-    # What has no likelihood is far less likely than the plan itself.
-    worst = first - 1e6
-
-    def unlikelihood(logs: Any) -> float:
-        return -max(likelihood(logs), worst)
-
-    bounds = [(-_RANGE, _RANGE)] * len(names)
-    count = sum(int(np.isfinite(values).sum()) for values in seen.values())
-    stop: Any = {"eps": 0.02, "ftol": _ENOUGH / max(count, 1), "maxiter": 60}
-    found = minimize(unlikelihood, np.zeros(len(names)), method="L-BFGS-B", bounds=bounds, options=stop)
-    best, logs = -float(found.fun), np.asarray(found.x)
+    logs, run, found, information = np.zeros(len(names)), first, dict[str, float](), np.eye(len(names))
+    for _ in range(_ROUNDS):
+        # An offset that is left in looks like noise, and beside much noise it does not stand out.
+        more = offsets(
+            run, _scaled(given, dict(zip(names, np.exp(logs)))), lambda changed: _run(changed, t_s, seen, inputs, options)
+        )
+        if more:
+            found |= more
+            given = with_offsets(plan, found)
+            run = run_at(logs) or run
+        elif run is not first:
+            break
+        logs, run, information = _most_likely(run_at, logs, run)
     factors = dict(zip(names, np.exp(logs).tolist()))
-    tuned = _scaled(plan, factors)
-    undetermined = [name for i, name in enumerate(names) if _is_flat(likelihood, logs, i, best)]
-    run = Observer(tuned, options).run(t_s, seen, inputs)
+    tuned = _scaled(given, factors)
+    sigma = np.sqrt(np.diag(np.linalg.inv(information)))
+    undetermined = tuple(name for name, one in zip(names, sigma) if one > _UNDETERMINED)
     correlation = {name: _correlation(run.innovation[name], run.nis[name]) for name in run.nis}
     mean_nis = {name: float(np.nanmean(nis)) if np.isfinite(nis).any() else math.nan for name, nis in run.nis.items()}
     ahead = _ahead(tuned, t_s, seen, inputs, options)
-    return Tuned(tuned, factors, (first, best), tuple(undetermined), correlation, mean_nis, ahead)
+    likelihoods = _likelihood(first), _likelihood(run)
+    return Tuned(tuned, factors, found, likelihoods, undetermined, correlation, mean_nis, ahead)
+
+
+def _run(
+    plan: Plan, t_s: npt.ArrayLike, seen: Mapping[str, Array], inputs: Mapping[str, npt.ArrayLike] | None, options: ObserverOptions | None
+) -> ObserverRun | None:  # fmt: skip
+    """None: the samples have no likelihood."""
+    try:
+        run = Observer(plan, options).run(t_s, seen, inputs)
+    except HnavError:
+        return None
+    return run if run.dropped == 0 and math.isfinite(_likelihood(run)) else None
+
+
+def _likelihood(run: ObserverRun) -> float:
+    return float(np.nansum(run.log_likelihood))
+
+
+def _posterior(run: ObserverRun, logs: Array) -> float:
+    return _likelihood(run) - 0.5 * float(logs @ logs) / _PRIOR**2
+
+
+def _most_likely(
+    run_at: Callable[[Array], ObserverRun | None], logs: Array, run: ObserverRun
+) -> tuple[Array, ObserverRun, Array]:  # fmt: skip
+    """Logarithms of the factors, their run and the information about them."""
+    gradient, information = _score(run_at, logs, run)
+    for _ in range(_ITERATIONS):
+        step = np.asarray(np.linalg.solve(information, gradient), float)
+        step = step * min(1.0, _LONGEST / float(np.abs(step).max()))
+        if 0.5 * gradient @ step < _ENOUGH:
+            break
+        better = _go(run_at, logs, step, _posterior(run, logs))
+        if better is None:
+            break
+        logs, run = better
+        gradient, information = _score(run_at, logs, run)
+    return logs, run, information
+
+
+def _go(
+    run_at: Callable[[Array], ObserverRun | None], logs: Array, step: Array, present: float
+) -> tuple[Array, ObserverRun] | None:
+    """A step, a part of it or several of it, whatever is more likely; None: nothing is."""
+    found = None
+    for half in range(_HALVES):
+        found = _if_better(run_at, logs + 0.5**half * step, present)
+        if found is not None:
+            break
+    # Where innovations are large the information is rough, and steps are short.
+    length = float(np.abs(step).max())
+    while found is not None and half == 0 and 2 * length < _LONGEST:
+        length, step = 2 * length, 2 * step
+        longer = _if_better(run_at, logs + step, _posterior(found[1], found[0]))
+        if longer is None:
+            break
+        found = longer
+    return found
+
+
+def _if_better(
+    run_at: Callable[[Array], ObserverRun | None], logs: Array, than: float
+) -> tuple[Array, ObserverRun] | None:  # fmt: skip
+    moved = np.clip(logs, -_RANGE, _RANGE)
+    run = run_at(moved)
+    return (moved, run) if run is not None and _posterior(run, moved) > than else None
+
+
+def _score(run_at: Callable[[Array], ObserverRun | None], logs: Array, run: ObserverRun) -> tuple[Array, Array]:
+    """Gradient of the posterior by the logarithms, and its information: squares of the scores of the rows, divided by those of the
+    mean NIS where innovations are larger than stated."""
+    rows = []
+    for k in range(len(logs)):
+        step, other = _STEP, run_at(logs + _STEP * np.eye(len(logs))[k])
+        if other is None:
+            step, other = -_STEP, run_at(logs - _STEP * np.eye(len(logs))[k])
+        rows.append(np.zeros(len(run.t_s)) if other is None else (other.log_likelihood - run.log_likelihood) / step)
+    scores = np.nan_to_num(np.array(rows))
+    size = max(1.0, float(np.nanmean(np.concatenate([*run.nis.values()]))))
+    return scores.sum(axis=1) - logs / _PRIOR**2, scores @ scores.T / size**2 + np.eye(len(logs)) / _PRIOR**2
 
 
 def _noises(plan: Plan) -> list[str]:
@@ -117,15 +203,6 @@ def _scaled(plan: Plan, factors: Mapping[str, float]) -> Plan:
             known = {"state": made.states, "unknown_input": made.unknown_inputs, "parameter": made.parameters}[kind]
             known[variable] = replace(known[variable], noise=factor * known[variable].noise)
     return made
-
-
-def _is_flat(likelihood: Callable[[Array], float], logs: Array, index: int, best: float) -> bool:
-    for step in (-math.log(2), math.log(2)):
-        moved = logs.copy()
-        moved[index] += step
-        if best - likelihood(moved) < _NATS:
-            return True
-    return False
 
 
 def _correlation(innovation: Array, nis: Array) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 from hnav.errors import HnavValueError
 from hnav.filters.declination import field_of_place
-from hnav.io.sensors import read_grade
+from hnav.io.sensors import GRADES, read_grade
 from hnav.native.library import enumerators
 from hnav.native.options import OptionInfo, OptionSet, option_rows
 
@@ -49,7 +49,7 @@ def options_of_sensor(filter: str, sensor: str | Path | None) -> dict[str, objec
     """What Options sets for a grade or a file sensor.json. Raises HnavError."""
     if sensor is None:
         return {}
-    if filter not in FILTERS:
+    if filter not in FILTERS and str(sensor) in GRADES:
         raise HnavValueError(
             "option", f"sensor = {sensor}: {filter} has grades as presets: {', '.join(PRESETS[filter])}", "sensor"
         )
@@ -64,8 +64,8 @@ class Options(OptionSet):
 
     filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. place_and_date: latitude and
     longitude in rad, height above the ellipsoid in m, decimal year; sets the reference field and the declination by the World
-    Magnetic Model. sensor: a grade (consumer, industrial, tactical) or a file sensor.json (models/sensors/README.md), of the attitude
-    filters; the INS has grades as presets. values: options that differ from all these. Raises HnavValueError for filters, presets,
+    Magnetic Model. sensor: a file sensor.json (models/sensors/README.md), or a grade (consumer, industrial, tactical) of the
+    attitude filters; the INS has grades as presets. values: options that differ from all these. Raises HnavValueError for filters, presets,
     names (UnknownOptionError), values and places that do not exist, HnavError for a file that holds no sensor.
     """
 

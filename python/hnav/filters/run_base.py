@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hnav.errors import HnavValueError
 from hnav.native.arrays import Array
 
 if TYPE_CHECKING:
@@ -60,4 +62,6 @@ class RunBase:
         """
         import hnav  # as in plot
 
+        if not isinstance(path, (str, os.PathLike)):
+            raise HnavValueError("option", f"path is no file but a {type(path).__name__}: write report(path, recording)", "path")
         hnav.report_run(self, path, recording)

@@ -43,8 +43,7 @@ PROGRESS_POINTS = 500
 def filter_parameters(filter: str, settings: Mapping[str, str], preset: str) -> dict[str, float | int | str]:
     """Settings as the parameters of the filter's FMU, choices by name. Raises HnavError.
 
-    All options are written, those of the preset too: beside the parameter preset one that equals its start value would
-    not count.
+    All options are written, those of the preset too: an option at its start value does not override the parameter preset.
     """
     options = Options(filter, preset, **settings)
     table = option_table(filter)

@@ -2,6 +2,7 @@
 
     lines = LiveLines(Wishes(gyro_unit="deg/s"))
     rows = lines.take(source.wait(0.1))     # n x 10: t_s, rate, force, field; NaN where a sample is missing
+    lines = LiveLines(Wishes(), aids=True)  # AID_COLUMNS too; satellites also as sentences of NMEA 0183
 
 Columns, units and axes are found as in files (hnav.io.readers). Every line that gives no row is counted, by the reason.
 """
@@ -19,17 +20,43 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hnav.io.live_sources import Chunk
+from hnav.io.readers.aids import along, pressure_factor
 from hnav.io.readers.cells import BLANKS, DELIMITERS, is_number
 from hnav.io.readers.clock import unit_by_size
 from hnav.io.readers.columns import Column, columns_of
 from hnav.io.readers.layout import Layout
+from hnav.io.readers.long_tables import is_sensor, plan_of_long
+from hnav.io.readers.nmea import LIVE_COLUMNS, Sentences
 from hnav.io.readers.streams import WITHIN_S, Wishes, turned
 from hnav.io.readers.tables import Table, missing_column, stream_of
-from hnav.io.readers.trees import flattened
+from hnav.io.readers.trees import AXES, KINDS, flattened
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
 from hnav.native.arrays import Array
 from hnav.units import si_per
 
+AID_COLUMNS = ("lat_deg", "lon_deg", "alt_m", "vn", "ve", "vd", "sigma_h", "sigma_v", "sigma_vel", "pressure_pa", "speed_m_s")
+"""Of a row of samples, after CSV_COLUMNS, of what aids navigation."""
+OVER_GROUND = ("ground_speed", "course_deg")
+"""What lines may have in the place of vn and ve."""
+OF_AIDS = frozenset(AID_COLUMNS + OVER_GROUND)
+INERTIAL = slice(1, len(CSV_COLUMNS))
+SAMPLES = (
+    ("gx", "gy", "gz"),
+    ("ax", "ay", "az"),
+    ("mx", "my", "mz"),
+    ("lat_deg", "lon_deg", "alt_m"),
+    ("vn", "ve", "vd"),
+    ("pressure_pa",),
+    ("speed_m_s",),
+)
+"""What belongs to one sample."""
+WITH_SIGMAS = (
+    ("lat_deg", "lon_deg", "alt_m", "sigma_h", "sigma_v"),
+    ("vn", "ve", "vd", "sigma_vel"),
+    ("pressure_pa",),
+    ("speed_m_s",),
+)
+"""Likewise, of what aids navigation."""
 PROBE_LINES, PROBE_S = 50, 1.0
 """So many lines, or those of so long, are read before the first row is answered: the numbers of several lines show their units."""
 LONGEST_LINE = 65_536
@@ -38,10 +65,16 @@ SET_AHEAD_S = 3600.0
 """A stamp that is ahead of the one before by so much more than the time between their arrivals is that of a clock that was set."""
 FEWEST_COLUMNS = 6
 """Of a line that is taken for a header: the axes of a gyroscope and an accelerometer."""
+MOST_UNTIMED = 64
+"""Samples without a time of their own that wait for the next row."""
 BESIDE_S = 1e-6
 """A row with the stamp of the one before and other sensors is put so much later."""
 SHOWN = "the source"
 SHOWN_CHARACTERS = 60
+HOW_TO_WRITE = (
+    "write t_s,gx,gy,gz,ax,ay,az in a line (empty cells where there is no sample), or JSON such as "
+    '{"t": 0.01, "sensor": "gyro", "x": 0.1, "y": 0, "z": 0}; hnav filter reads recorded files of other shapes'
+)
 SHOWN_SETS = 5
 """So often it is said that the clock was set; then it is only counted."""
 
@@ -101,8 +134,8 @@ class LiveClock:
             set_s = ahead_s
             t_s = self._last_s + max(waited_s, BESIDE_S)
             self._offset_s = t_s - stamp_s
-        elif ahead_s == 0 and beside:
-            t_s += BESIDE_S
+        elif -len(ARRAYS) * BESIDE_S < ahead_s <= 0 and beside:
+            t_s = self._last_s + BESIDE_S
         elif ahead_s <= 0:
             return math.nan, 0.0
         self._last_s, self._arrived_s = t_s, arrived_s
@@ -112,44 +145,54 @@ class LiveClock:
 class LiveLines:
     """Decoder of a stream of lines.
 
-    wishes: columns, units, axes, rate_hz, drop_repeats as of hnav.read. Raises RecordingError from take when the lines have no columns of
-    times, a gyroscope and an accelerometer.
+    wishes: columns, units, axes, rate_hz, drop_repeats as of hnav.read. aids: with AID_COLUMNS; what aids comes into the next row where its line
+    has no time, as a sentence of NMEA, or a time that does not go on from the newest row. Raises RecordingError from take when the lines have no columns of times, a gyroscope and an accelerometer.
     """
 
-    def __init__(self, wishes: Wishes):
+    def __init__(self, wishes: Wishes, aids: bool = False):
         self.counts: Counter[str] = Counter()
         """Lines, rows, and what was left out, by reason."""
         self.notes: list[str] = []
         """What was assumed or mended; the caller says it and empties the list."""
+        self.columns = CSV_COLUMNS + (AID_COLUMNS if aids else ())
+        """Of a row."""
+        self._roles = self.columns + (OVER_GROUND if aids else ())
+        self._sentences = Sentences() if aids else None
+        self._untimed: list[list[float]] = []
         self._wishes, self._clock = wishes, LiveClock()
         self._rest, self._connection = b"", 0
         self._names: tuple[str, ...] = ()
         self._delimiter = ","
         self._schemes: dict[tuple[str, ...], Scheme | None] = {}
         self._probe: list[Line] | None = []
-        self._before: list[float] = [math.nan] * len(CSV_COLUMNS)
+        self._before: list[float] = [math.nan] * len(self.columns)
         self._held: tuple[list[float], float] | None = None
-        self._newest: dict[int, list[float]] = {}
+        self._newest: dict[tuple[str, ...], list[float]] = {}
         self._timed = 0
+        self._left: list[bytes] = []
 
     def take(self, chunks: Sequence[Chunk], ending: bool = False) -> Array:
         """The rows of these bytes. ending: nothing more comes."""
         lines = [line for chunk in chunks for line in self._lines(chunk)]
+        if not lines and not self._probe:
+            self._refuse_other_lines(ending)
         if self._probe is not None:
             self._probe += lines
             if not self._probed(ending):
-                return np.empty((0, len(CSV_COLUMNS)))
+                return np.empty((0, len(self.columns)))
             lines, self._probe = self._probe, None
             self._find_schemes(lines)
         rows = [timed for line in lines if (row := self._row(line)) for timed in self._in_time(row, line.arrived_s)]
         if ending and self._held:
             rows += self._placed(*self._held)
         self.counts["rows"] += len(rows)
-        return np.array(rows, float).reshape(-1, len(CSV_COLUMNS))
+        return np.array(rows, float).reshape(-1, len(self.columns))
 
     def _probed(self, ending: bool) -> bool:
         """Whether there are lines enough to find units by, or these have waited long enough."""
-        known = [line for line in self._probe or () if any(is_number(str(cell)) for cell in line.cells)]
+        known = [
+            line for line in self._probe or () if line.names != LIVE_COLUMNS and any(is_number(str(cell)) for cell in line.cells)
+        ]
         return bool(known) and (ending or len(known) >= PROBE_LINES or time.monotonic() - known[0].arrived_s > PROBE_S)
 
     # ----------------------------------------------------------------------------------------- text
@@ -175,8 +218,11 @@ class LiveLines:
         try:
             text = line.decode().strip()
             if text.startswith("{"):
-                values = dict(flattened(json.loads(text)))
+                values = _by_sensor(dict(flattened(json.loads(text))))
                 return tuple(values), tuple(values.values())
+            if self._sentences and (cells := self._sentences.cells(text)) is not None:
+                self.counts["other sentences"] += not cells
+                return (LIVE_COLUMNS, cells) if cells else None
         except (ValueError, RecursionError, AttributeError):
             self._leave_out(line)
             return None
@@ -215,8 +261,20 @@ class LiveLines:
             self.notes.append(f"no header: taken for {','.join(named)} in SI units")
         return tuple(named)
 
+    def _refuse_other_lines(self, ending: bool) -> None:
+        """Raises RecordingError where many lines have come, or all, and none was a sample."""
+        if self.counts["rows"] or not self._left or not (ending or self.counts["no sample"] >= PROBE_LINES):
+            return
+        if plan_of_long(b"\n".join(self._left).decode("utf-8", "replace")):
+            raise RecordingError(f"{SHOWN}: each line is of one sensor: {HOW_TO_WRITE}")
+        if ending:
+            shown = repr(self._left[0][:SHOWN_CHARACTERS])[2:-1]
+            raise RecordingError(f"{SHOWN}: no line is a sample, the first is {shown}: {HOW_TO_WRITE}")
+
     def _leave_out(self, line: bytes) -> None:
         self.counts["no sample"] += 1
+        if len(self._left) < PROBE_LINES and not self.counts["rows"]:
+            self._left.append(line)
         if self.counts["no sample"] == 1:
             shown = repr(line[:SHOWN_CHARACTERS])[2:-1]  # nothing in it reaches a terminal as it is
             self.notes.append(f"a line is no sample, the first of those that are counted: {shown}")
@@ -226,7 +284,7 @@ class LiveLines:
     def _columns(self, names: Sequence[str]) -> dict[str, Column]:
         """Of samples of inertial and magnetic sensors. Raises RecordingError."""
         found = columns_of(names, self._wishes.columns, SHOWN)
-        return {role: column for role, column in found.items() if role in CSV_COLUMNS}
+        return {role: column for role, column in found.items() if role in self._roles}
 
     def _find_schemes(self, lines: Sequence[Line]) -> None:
         """Raises RecordingError when all of them together lack the times or a sensor."""
@@ -251,9 +309,11 @@ class LiveLines:
             return None
         values = {role: np.array([_number(line.cells, column.place) for line in lines]) for role, column in columns.items()}
         table = Table(columns, values, Layout(-1, [*names], ","))
-        places, factors = [-1] * len(CSV_COLUMNS), [1.0] * len(CSV_COLUMNS)
-        if self._wishes.rate_hz is None:
+        places, factors = [-1] * len(self._roles), [1.0] * len(self._roles)
+        if self._wishes.rate_hz is None and ("t_s" in columns or not all(column.aids for column in columns.values())):
             places[0], factors[0] = self._time_of(table)
+        for role in filter(OF_AIDS.__contains__, columns):
+            places[self._roles.index(role)], factors[self._roles.index(role)] = _scaled(columns[role], values[role])
         for sensor in ARRAYS:
             if any(f"{sensor[0]}{axis}" in columns for axis in "xyz"):
                 at = CSV_COLUMNS.index(f"{sensor[0]}x")
@@ -293,10 +353,16 @@ class LiveLines:
     def _in_time(self, row: list[float], arrived_s: float) -> list[list[float]]:
         """Rows with times that increase. A row with a strange stamp waits for the next one: when that goes on from the row before, the
         stamp was wrong, and lies between both."""
+        if all(map(math.isnan, row[INERTIAL])) and not self._is_next(row[0], arrived_s):
+            self._untimed.append(row)
+            if len(self._untimed) > MOST_UNTIMED:
+                self._untimed.pop(0)
+                self.counts["late"] += 1
+            return []
         done: list[list[float]] = []
         if self._held:
             (held, held_arrived_s), self._held = self._held, None
-            if self._clock.ahead_s(row[0]) > 0 and not self._clock.is_strange(row[0], arrived_s):
+            if self._is_next(row[0], arrived_s):
                 held[0] = row[0] - 0.5 * self._clock.ahead_s(row[0])
                 self.counts["stamps mended"] += 1
             done += self._placed(held, held_arrived_s)
@@ -304,6 +370,10 @@ class LiveLines:
             self._held = row, arrived_s
             return done
         return done + self._placed(row, arrived_s)
+
+    def _is_next(self, stamp_s: float, arrived_s: float) -> bool:
+        """Whether a stamp of satellites goes on from the newest row: of another clock, or late, they count with the next row."""
+        return self._clock.ahead_s(stamp_s) > 0 and not self._clock.is_strange(stamp_s, arrived_s)
 
     def _placed(self, row: list[float], arrived_s: float) -> list[list[float]]:
         """The row at its time; none where it is late."""
@@ -317,7 +387,22 @@ class LiveLines:
             if self.counts["clock set"] <= SHOWN_SETS:
                 self.notes.append(f"the clock of the source was set by {set_s:+.6g} s; time goes on from {t_s:.10g} s")
         row[0], self._before = t_s, row
+        self._untimed = [one for one in self._untimed if not self._put_into(row, one)]
         return [row]
+
+    def _put_into(self, row: list[float], untimed: list[float]) -> bool:
+        """Samples without a time of their own into a row that has none of their kind; whether none is left."""
+        left = False
+        for names in WITH_SIGMAS:
+            places = [self.columns.index(name) for name in names]
+            if all(math.isnan(untimed[place]) for place in places):
+                continue
+            if all(math.isnan(row[place]) for place in places):
+                for place in places:
+                    row[place], untimed[place] = untimed[place], math.nan
+            else:
+                left = True
+        return not left
 
     def _numbers(self, line: Line) -> list[float] | None:
         """The ten of a row; None where the line has no time, no sample, or something else."""
@@ -328,22 +413,44 @@ class LiveLines:
             row = scheme.row(line.cells)
         except (ValueError, TypeError, IndexError, OverflowError):
             return None
-        if self._wishes.rate_hz is not None:
+        row = self._along_the_ground(row)
+        is_inertial = not all(map(math.isnan, row[INERTIAL]))
+        if self._wishes.rate_hz is not None and is_inertial:
             row[0] = self._timed / self._wishes.rate_hz
             self._timed += 1
-        if math.isnan(row[0]) or any(map(math.isinf, row)) or all(map(math.isnan, row[1:])):
+        if (math.isnan(row[0]) and is_inertial) or any(map(math.isinf, row)) or all(map(math.isnan, row[1:])):
             return None
         return row
 
+    def _along_the_ground(self, row: list[float]) -> list[float]:
+        """With vn and ve in the place of a speed over ground and its course."""
+        made, (speed, course_deg) = row[: len(self.columns)], row[len(self.columns) :] or (math.nan, math.nan)
+        if speed >= 0 and (speed == 0 or math.isfinite(course_deg)) and math.isnan(made[(at := self.columns.index("vn"))]):
+            made[at : at + 2] = along(np.array([speed]), np.radians([course_deg if speed else 0.0]))[0, :2].tolist()
+        return made
+
     def _drop_repeats(self, row: list[float]) -> bool:
         """Empties the samples that repeat the one before; whether one is left."""
-        for first in (1, 4, 7):
-            values = row[first : first + 3]
-            if values == self._newest.get(first):
-                row[first : first + 3] = 3 * [math.nan]
-            elif not any(map(math.isnan, values)):
-                self._newest[first] = values
+        for names in SAMPLES if len(self.columns) > len(CSV_COLUMNS) else SAMPLES[: len(ARRAYS)]:
+            places = [self.columns.index(name) for name in names]
+            values = [row[place] for place in places]
+            if repr(values) == repr(self._newest.get(names)):  # a vertical velocity may be NaN
+                for place in places:
+                    row[place] = math.nan
+            elif not all(map(math.isnan, values)):
+                self._newest[names] = values
         return not all(map(math.isnan, row[1:]))
+
+
+def _scaled(column: Column, values: Array) -> tuple[int, float]:
+    """Of what aids navigation: place, and the factor to its unit."""
+    return column.place, column.factor * (pressure_factor(column, values) if column.role == "pressure_pa" else 1.0)
+
+
+def _by_sensor(values: dict[str, Any]) -> dict[str, Any]:
+    """An object of one sensor, which a text in it names, with axes that are called after it."""
+    sensor = next((str(values[kind]) for kind in KINDS if kind in values and is_sensor(str(values[kind]))), "")
+    return {f"{sensor}_{name}" if sensor and name.lower() in AXES else name: value for name, value in values.items()}
 
 
 def _number(cells: Sequence[Any], place: int) -> float:

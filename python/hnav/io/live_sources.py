@@ -24,6 +24,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from hnav.errors import HnavValueError
 from hnav.io.readers.streams import library
+from hnav.io.recordings import CSV_COLUMNS
 
 RETRY_S = 0.5
 """Between two attempts to open a source again."""
@@ -54,27 +55,30 @@ class LiveSource:
 
     ENDS = False
     """Whether the end of the data is the end of the source."""
+    LOSS = "dropped by the system"
+    """What the count of dropped is called."""
     WAITING = 64
     """Chunks in the queue, of up to BLOCK_BYTES."""
 
     def __init__(self, name: str):
         self.name, self.connections, self.failure = name, 0, ""
         self.dropped = 0
-        """Datagrams that the kernel had no room for."""
+        """Datagrams that the kernel had no room for; of MAVLink messages that are missing by their numbers."""
         self._queue: queue.Queue[Chunk | None] = queue.Queue(self.WAITING)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     @staticmethod
-    def named(text: str, baud: int = BAUD) -> LiveSource:
-        """By the name that users give. Raises HnavError for another name, and for a package that is missing."""
+    def named(text: str, baud: int = BAUD, aids: bool = False) -> LiveSource:
+        """By the name that users give. aids: of MAVLink satellites too. Raises HnavError for another name, and for a package that is
+        missing."""
         kind, rest = text.partition(":")[0].lower(), text.partition(":")[2]
         if text == "-":
             return _Input(text)
         if kind in ("udp", "tcp"):
             return (_Udp if kind == "udp" else _Tcp)(text, *address_of(text))
         if kind == "mavlink" and rest:
-            return _Mavlink(text, rest, baud)
+            return _Mavlink(text, rest, baud, aids)
         if "://" in text and kind not in ("serial", "socket", "rfc2217", "loop"):
             raise HnavValueError("option", f"{text}: is no source: give {KINDS}")
         return _Serial(text, text.removeprefix("serial://"), baud)
@@ -208,6 +212,8 @@ class _Serial(LiveSource):
         if not rate.isdigit():
             raise HnavValueError("option", f"{name}: baud={rate} is no number")
         self._device, self._baud = device.partition("?")[0], int(rate)
+        if not parts.scheme and os.path.isfile(self._device):
+            raise HnavValueError("option", f"{name}: is a file: hnav filter reads it; to play it as lines: hnav live - < {name}")
         if os.name == "posix" and not parts.scheme and not os.path.exists(self._device):
             raise HnavValueError("option", f"{name}: is no source: give {KINDS}")
 
@@ -220,10 +226,13 @@ class _Serial(LiveSource):
 
 
 class _Mavlink(LiveSource):
-    def __init__(self, name: str, connection: str, baud: int):
+    LOSS = "lost on the way"
+
+    def __init__(self, name: str, connection: str, baud: int, aids: bool):
         super().__init__(name)
         self._mavutil = library("pymavlink.mavutil", "logs", name)
         self._connection, self._baud = connection, baud
+        self._types = [*MAVLINK, *([SATELLITES] if aids else [])]
 
     def chunks(self) -> Iterator[bytes]:
         try:
@@ -236,22 +245,31 @@ class _Mavlink(LiveSource):
             self._opened()
             yield MAVLINK_HEADER
             while not self.ending:
-                if (message := link.recv_match(type=list(MAVLINK), blocking=True, timeout=POLL_S)) is not None:
-                    yield mavlink_line(message)
+                message = link.recv_match(type=self._types, blocking=True, timeout=POLL_S)
+                self.dropped = link.mav_loss
+                if message is not None:
+                    yield (fix_line if message.get_type() == SATELLITES else mavlink_line)(message)
         finally:
             link.close()
 
 
 # --------------------------------------------------------------------------------------------- MAVLink
 
-MAVLINK_HEADER = b"t_s,gx,gy,gz,ax,ay,az,mx,my,mz\n"
+MAVLINK_COLUMNS = (*CSV_COLUMNS, "pressure_pa", "lat_deg", "lon_deg", "alt_m", "vn", "ve", "sigma_h", "sigma_v", "sigma_vel")
+MAVLINK_HEADER = ",".join(MAVLINK_COLUMNS).encode() + b"\n"
 MAVLINK = {
     "HIGHRES_IMU": ("time_usec", 1e-6, 1.0, 1.0, 1e-4),
     "SCALED_IMU": ("time_boot_ms", 1e-3, 1e-3, 9.80665e-3, 1e-7),
 }
 """Of a message: the field of its time, and what its units of time, rate, force and field are in s, rad/s, m/s2 and T (MAVLink, common.xml)."""
 UPDATED = {"gyro": 0x38, "acc": 0x07, "mag": 0x1C0}
+UPDATED_PRESSURE = 0x200
 """Bits of fields_updated in HIGHRES_IMU."""
+SATELLITES = "GPS_RAW_INT"
+LEAST_FIX = 3
+"""GPS_FIX_TYPE: three dimensions."""
+UNKNOWN = 65535
+"""Of a speed over ground and of a course."""
 
 
 def mavlink_line(message: Any) -> bytes:
@@ -264,7 +282,27 @@ def mavlink_line(message: Any) -> bytes:
         there = new == math.inf or int(new) & bits == bits
         empty = not there or (sensor == "mag" and not any(values))
         cells += ["" if empty else repr(float(value)) for value in values]
-    return ",".join(cells).encode() + b"\n"
+    pressure_hpa = getattr(message, "abs_pressure", 0.0)
+    there = pressure_hpa > 0 and (new == math.inf or int(new) & UPDATED_PRESSURE)
+    return _line([*cells, repr(100.0 * pressure_hpa) if there else ""])
+
+
+def fix_line(message: Any) -> bytes:
+    """The line of a GPS_RAW_INT, empty without a fix. It has no time: the clock of satellites is another than that of the sensors."""
+    if message.fix_type < LEAST_FIX:
+        return b""
+    ellipsoid_mm = getattr(message, "alt_ellipsoid", 0)
+    place = [1e-7 * message.lat, 1e-7 * message.lon, 1e-3 * (ellipsoid_mm or message.alt)]
+    speed_m_s, course_rad = 1e-2 * message.vel, math.radians(1e-2 * message.cog)
+    known = UNKNOWN not in (message.vel, message.cog)
+    velocity = [speed_m_s * math.cos(course_rad), speed_m_s * math.sin(course_rad)] if known else ["", ""]
+    sigmas = [1e-3 * mm if (mm := getattr(message, name, 0)) else "" for name in ("h_acc", "v_acc", "vel_acc")]
+    empty = [""] * (len(CSV_COLUMNS) + 1)
+    return _line([*empty, *(cell if cell == "" else repr(float(cell)) for cell in (*place, *velocity, *sigmas))])
+
+
+def _line(cells: list[str]) -> bytes:
+    return ",".join([*cells, *[""] * (len(MAVLINK_COLUMNS) - len(cells))]).encode() + b"\n"
 
 
 def address_of(text: str) -> tuple[str, int]:

@@ -49,12 +49,14 @@ def main(path: str, names: list[str]) -> None:
 
 
 def arrays_in(tree: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Arrays of numbers in structs in structs."""
+    """Arrays of numbers, and texts, in structs in structs."""
     for name, value in tree.items():
         if isinstance(value, Mapping):
             yield from arrays_in(value, f"{before}{name}_")
         elif isinstance(value, np.ndarray) and value.dtype.kind in "fiub" and not str(name).startswith("__"):
             yield f"{before}{name}", value
+        elif isinstance(value, str) and not str(name).startswith("__"):
+            yield f"{before}{name}", np.asarray(value)
 
 
 if __name__ == "__main__":

@@ -79,6 +79,8 @@ class ModelDescription:
     """By name, in the order of the file."""
     states: tuple[tuple[Variable, Variable], ...]
     """State and derivative, in the order in which the FMU has them."""
+    depends: tuple[frozenset[int] | None, ...]
+    """Of each derivative: references of the variables that it depends on; None: of all, as far as the FMU says."""
     indicators: int
     """Event indicators that the file declares; of FMI 3 all that are listed."""
     offers_derivatives: bool
@@ -115,11 +117,15 @@ def read_model_description(path: Path | str) -> ModelDescription:
     exchange = root.find("ModelExchange")
     if exchange is None:
         offered = "Co-Simulation only" if root.find("CoSimulation") is not None else "no Model Exchange"
-        _refuse(path, f"offers {offered}: the observer integrates by itself, export it for Model Exchange")
+        _refuse(
+            path,
+            f"offers {offered}: the observer integrates by itself, export it for Model Exchange (its modelDescription.xml needs a ModelExchange "
+            "element), or write its derivatives as functions (hnav.Plant)",
+        )
     if exchange.get("needsExecutionTool") == "true":
         _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
     variables, order = _variables(root, fmi)
-    states = _states(path, root, fmi, variables, order)
+    states, depends = _states(path, root, fmi, order)
     identifier = exchange.get("modelIdentifier", "")
     return ModelDescription(
         path=path,
@@ -129,6 +135,7 @@ def read_model_description(path: Path | str) -> ModelDescription:
         token=root.get("guid" if fmi == 2 else "instantiationToken", ""),
         variables={variable.name: variable for variable in variables},
         states=states,
+        depends=depends,
         indicators=_indicators(root, fmi),
         offers_derivatives="true"
         in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives")),
@@ -214,14 +221,15 @@ def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dic
 
 
 def _states(
-    path: Path, root: ElementTree.Element, fmi: int, variables: list[Variable], order: dict[int, Variable]
-) -> tuple[tuple[Variable, Variable], ...]:
+    path: Path, root: ElementTree.Element, fmi: int, order: dict[int, Variable]
+) -> tuple[tuple[tuple[Variable, Variable], ...], tuple[frozenset[int] | None, ...]]:
+    """States with their derivatives, and what these depend on."""
     structure = root.find("ModelStructure")
     if structure is None:
         _refuse(path, "has no ModelStructure: export it with a tool that writes one")
     unknowns = structure.findall("Derivatives/Unknown") if fmi == 2 else structure.findall("ContinuousStateDerivative")
     attribute = "index" if fmi == 2 else "valueReference"
-    states = []
+    states, depends = [], []
     for unknown in unknowns:
         derivative = order.get(int(unknown.get(attribute, "-1")))
         state = order.get(derivative.derivative_of) if derivative and derivative.derivative_of is not None else None
@@ -230,9 +238,17 @@ def _states(
         if state.is_array:
             _refuse(path, f"has an array for a state ({state.name}): export it with scalar states")
         states.append((state, derivative))
+        depends.append(_dependencies(unknown.get("dependencies"), order))
     if not states:
         _refuse(path, "has no continuous states: there is nothing to estimate")
-    return tuple(states)
+    return tuple(states), tuple(depends)
+
+
+def _dependencies(listed: str | None, order: dict[int, Variable]) -> frozenset[int] | None:
+    """By reference; a list with an unknown number is ignored."""
+    if listed is None or not all(number.isdecimal() and int(number) in order for number in listed.split()):
+        return None
+    return frozenset(order[int(number)].reference for number in listed.split())
 
 
 def _indicators(root: ElementTree.Element, fmi: int) -> int:

@@ -11,6 +11,7 @@ import errno
 import fcntl
 import os
 import secrets
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -90,20 +91,24 @@ def temporary_folder(prefix: str) -> Path:
 
 def refuse_overwriting(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:
     """Raises HnavError for an output that is an input, by whatever name or link, and for two outputs that are one file."""
-    read, seen = [path for path in inputs if path is not None], list[Path]()
+    read, seen = {_identity(path) for path in inputs if path is not None} - {None}, dict[object, Path]()
     for output in (path for path in outputs if path is not None):
-        if any(_same(output, path) for path in read):
+        if (identity := _identity(output)) is None:
+            continue
+        if identity in read:
             raise HnavValueError("option", f"{output} is read by this command, which would overwrite it: name another file")
-        if other := next((path for path in seen if _same(output, path)), None):
+        if other := seen.get(identity):
             raise HnavValueError("option", f"{other} and {output} are one file: name two")
-        seen.append(output)
+        seen[identity] = output
 
 
-def _same(one: Path, other: Path) -> bool:
-    """Whether two names lead to one file that can be overwritten."""
-    if one.is_file() and other.is_file():
-        return os.path.samefile(one, other)
-    return not one.exists() and not other.exists() and _target(one) == _target(other)
+def _identity(path: Path) -> object:
+    """What is equal for two names that lead to one file that can be overwritten; None for what is no file, such as a pipe or a folder."""
+    try:
+        found = path.stat()
+    except OSError:
+        return _target(path)
+    return (found.st_dev, found.st_ino) if stat.S_ISREG(found.st_mode) else None
 
 
 def _target(path: Path) -> Path:

@@ -35,16 +35,18 @@ HARD_IRON_TESLA = 1e-3  # no hard iron of a device is as large
 INTERVAL_S = (1e-4, 0.25)  # between samples
 USUAL_INTERVAL_S = (4e-4, 0.11)
 FASTEST_RAD_S = 50.0  # no gyroscope of a body reads more for a thousandth of the time
-GAP_S = 1.0  # and ten usual intervals
-ENDS_EARLY = 0.2  # of the recording, in which a sensor has no more samples
+GAP_S = 0.3  # and ten usual intervals: a hand turns by a right angle meanwhile
+ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # of the recording, in which a sensor has no more samples
 CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor ends below
-NOTHING = "see whether its columns are the right ones; leave out a magnetometer that was off"
+RIGHT_COLUMNS = "see whether its columns are the right ones"
+NOTHING = {"gyro": RIGHT_COLUMNS, "accel": RIGHT_COLUMNS, "mag": f"{RIGHT_COLUMNS}; leave out a magnetometer that was off"}
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples to judge by
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
+ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
 UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
 
@@ -91,12 +93,17 @@ def _working(recording: Recording, samples: Samples) -> Iterator[Finding]:
         elif n == 0:
             level = "warning" if sensor == "mag" else "error"
             yield Finding(
-                level, "no_samples", sensor, f"none of {len(recording.t_s)} rows has a sample", advice=NOTHING, certain=True
+                level,
+                "no_samples",
+                sensor,
+                f"none of {len(recording.t_s)} rows has a sample",
+                advice=NOTHING[sensor],
+                certain=True,
             )
         elif not values.any():
             # A body at rest has no rate, and without a field the heading has a large sigma; without gravity there is no attitude.
             level = "error" if sensor == "accel" else "warning"
-            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING, certain=True)
+            yield Finding(level, "all_zero", sensor, f"all {n} samples are zero", advice=NOTHING[sensor], certain=True)
         elif n >= ENOUGH:
             yield from _stuck(sensor, values)
 
@@ -168,6 +175,15 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
             certain=True,
         )
         return
+    if _are_swapped(live):
+        yield warning(
+            "unit",
+            "gyro",
+            "the rates have the length of gravity, and the force has not: they look exchanged",
+            advice="give the rates as gx, gy, gz (columns gx=NAME), the force as ax, ay, az",
+            certain=True,
+        )
+        return
     if "accel" in live:
         yield from _force(recording, np.linalg.norm(live["accel"][1], axis=1))
     if "mag" in live and unit_name(recording, "mag") != "au":
@@ -188,6 +204,14 @@ def _are_counts(recording: Recording, live: Samples) -> bool:
     if strength < LEAST_COUNTS or _other_unit(recording, "accel", strength, *FORCE_M_S2):
         return False
     return all((live[sensor][1] == np.round(live[sensor][1])).all() for sensor in ("gyro", "accel"))
+
+
+def _are_swapped(live: Samples) -> bool:
+    """Whether the rates have the length of gravity, which a force that is shorter in the median has not."""
+    if not {"gyro", "accel"} <= live.keys():
+        return False
+    rate, force = (float(np.median(np.linalg.norm(live[sensor][1], axis=1))) for sensor in ("gyro", "accel"))
+    return force < FORCE_M_S2[0] < rate < FORCE_M_S2[1]
 
 
 def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
@@ -239,7 +263,7 @@ def _field(recording: Recording, median: float) -> Iterator[Finding]:
 def _gaps(recording: Recording, live: Samples) -> Iterator[Finding]:
     for sensor, (t_s, _) in live.items():
         usual_s, steps_s = float(np.median(np.diff(t_s))), np.diff(t_s)
-        if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), GAP_S, 10 * usual_s):
+        if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), ENDS_EARLY_S, 10 * usual_s):
             yield warning(
                 "ends_early",
                 sensor,
@@ -303,11 +327,20 @@ def warn_of_meaningless(
 ) -> None:
     """A PlausibilityWarning, at the line that called the caller, for each finding in the first rows that makes an estimate meaningless.
 
-    A field in another unit is named too: the heading never becomes ready. t_s: n; the others n x 3, as a filter takes them. Without
-    rates or force, as with few rows, nothing is said.
+    A field in another unit is named too: the heading never becomes ready. t_s: n; the others n x 3, as a filter takes them, or None.
+    With few rows nothing is said.
     """
     t_s = t_s[:WARNED_ROWS]
-    if rate is None or force is None or len(t_s) < ENOUGH:
+    if len(t_s) < ENOUGH:
+        return
+    for name, values in (("rate_b_rad_s", rate), ("force_b_m_s2", force)):
+        if values is None:
+            warnings.warn(
+                f"{name} is None: give it as n x 3; a filter that has only rates or only forces never becomes ready",
+                PlausibilityWarning,
+                stacklevel=3,
+            )
+    if rate is None or force is None:
         return
     kept = np.concatenate([[True], t_s[1:] > np.maximum.accumulate(t_s)[:-1]])
     equal = float((np.diff(t_s) == 0).mean())
@@ -321,10 +354,11 @@ def warn_of_meaningless(
     rates, forces = (np.asarray(values, float)[: len(t_s)][kept] for values in (rate, force))
     fields = None if field is None else np.asarray(field, float)[: len(t_s)][kept]
     for finding in check(Recording("arrays", t_s[kept], rates, forces, fields)):
-        if finding.is_meaningless or (finding.code, finding.sensor) == ("unit", "mag"):
+        if finding.stops or (finding.code, finding.sensor) == ("unit", "mag"):
             # Arrays have no option of a unit.
             known = finding.argument in ("gyro_unit", "accel_unit", "mag_unit", "time_unit")
             cure = f"multiply by {si_per(finding.sensor, finding.value):.6g}" if known else finding.cure
+            cure = ARRAYS_OF_THE_SOUTH if finding.code == "sign" else cure
             warnings.warn(f"{finding.sensor}: {finding.message}; {cure}", PlausibilityWarning, stacklevel=3)
 
 

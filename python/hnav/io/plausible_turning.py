@@ -14,6 +14,7 @@ from hnav.io.turning import Fit, Stay, axes_text, best_fit, fit_of, fixed_axes, 
 from hnav.units import si_per
 
 SCALE = (0.6, 1.6)  # of the rate, by the turning of the field
+SCALE_BY_FORCE = (0.4, 2.5)  # accelerations turn it too; ranges of a chip differ by 2, 4 and 8
 DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken for radians
 SURE, BETTER_BY = 0.8, 0.25  # correlations
 DIP_RAD = np.radians(10)  # below this the dip does not tell up from down
@@ -57,34 +58,23 @@ def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -
 
 
 def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
-    """Rates that are too fast or slow for what turns."""
+    """Rates that are too fast or slow for what turns: another unit, where one explains it; else another scale."""
+    sure = {sensor: fit.scale for sensor, fit in fits.items() if fit is not None and fit.as_it_is >= SURE}
     if ("gyro", "unit") in codes:
         return
-    for sensor, fit in fits.items():
-        if fit is None or fit.as_it_is < SURE:
-            continue
-        too_fast, word = 1 / fit.scale, NAMES[sensor]
-        taken = unit_name(recording, "gyro")
-        for ratio, other in ((too_fast, "deg/s"), (1 / too_fast, "rad/s")):
+    taken = unit_name(recording, "gyro")
+    for sensor, scale in sure.items():
+        for ratio, how, other in ((1 / scale, "fast", "deg/s"), (scale, "slow", "rad/s")):
             if DEGREES[0] < ratio < DEGREES[1] and taken != other:
-                how = "fast" if other == "deg/s" else "slow"
-                yield warning(
-                    "unit",
-                    "gyro",
-                    f"rates are {ratio:.0f} times too {how} for the turning of the {word}: this looks like {other}",
-                    "gyro_unit",
-                    other,
-                    certain=True,
-                )
+                shown = f"rates are {ratio:.0f} times too {how} for the turning of the {NAMES[sensor]}: this looks like {other}"
+                yield warning("unit", "gyro", shown, "gyro_unit", other, certain=True)
                 return
-        if sensor == "mag" and not SCALE[0] < fit.scale < SCALE[1]:
-            yield warning(
-                "scale",
-                "gyro",
-                f"the field turns {fit.scale:.2f} times as fast as the rates say",
-                advice="see the scale of the rates, and the times: rate_hz",
-                certain=True,
-            )
+    for sensor, scale in sure.items():
+        low, high = SCALE if sensor == "mag" else SCALE_BY_FORCE
+        if not low < scale < high:
+            shown = f"the {NAMES[sensor]} turns {scale:.2f} times as fast as the rates say"
+            yield warning("scale", "gyro", shown, advice="see the scale of the rates, and the times: rate_hz", certain=True)
+            return
 
 
 def _unit_of_rates(

@@ -80,7 +80,10 @@ class Recording:
     origin: Origin | None = field(default=None, kw_only=True)  # how it was read; None: made, in SI units
 
     def __post_init__(self) -> None:
-        """Lists are arrays. Raises RecordingError for arrays of other shapes."""
+        """Lists are arrays. Raises RecordingError for arrays of other shapes, and for a name that is none."""
+        if not isinstance(self.name, str):
+            order = "Recording(name, t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)"
+            raise RecordingError(f"name is no text but a {type(self.name).__name__}: write {order}", "name")
         object.__setattr__(self, "t_s", np.asarray(self.t_s, float))
         shape = self.t_s.shape
         for name in ARRAYS.values():

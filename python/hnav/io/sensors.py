@@ -1,8 +1,10 @@
-"""Grades of sensors (models/sensors): figures as datasheets give them, read, checked for units, turned into parameters.
+"""Sensor files and grades of sensors (models/sensors): figures of datasheets and calibrations, read, checked for units, written.
 
-    grade = read_grade("industrial")     # or a file: read_grade("sensor.json")
-    grade.parameters()                   # of the FMU ImuMagSensor, by name
-    grade.options("ahrs")                # options of a filter: noise; of the AHRS start sigmas and ranges too
+    grade = hnav.read_grade("sensor.json")                      # or one of GRADES: hnav.read_grade("industrial")
+    grade.apply_to(recording)                                   # corrected by the calibrations of the file
+    grade.parameters()                                          # of the FMU ImuMagSensor, by name
+    grade.options("ahrs")                                       # options of a filter: noise; of the AHRS start sigmas and ranges too
+    hnav.write_sensor("sensor.json", {"mag": calibration.correction})
 
 A file holds "version": 1, "name", and, for gyro, accel and mag, entries {"value": number, "unit": text} (models/sensors/README.md). Other
 units than those below are refused with one line that names file, entry and unit.
@@ -10,7 +12,9 @@ units than those below are refused with one line that names file, entry and unit
 
 from __future__ import annotations
 
+import json
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -19,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from hnav.io.model_files import ModelFile, model_files
+from hnav.io.outputs import write_files
 from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2
 
@@ -150,26 +155,36 @@ class Grade:
         }
 
     def options(self, filter: str) -> dict[str, object]:
-        """Options of an attitude filter, "ahrs" or "hrekf"; options without a figure keep their defaults."""
+        """Options of "ahrs", "hrekf" or "ins"; options without a figure keep their defaults. The walks of the INS's biases do: temperature
+        changes a bias by more than the random walk at rest."""
         found = self.filter_parameters()
         if filter == "ahrs":  # it estimates the noise of force and field
             found = {name: value for name, value in found.items() if name.startswith("gyro")}
-            found |= {
-                option: math.hypot(*(self.values.get(name, 0.0) for name in names)) for option, names in AHRS_OPTIONS.items()
-            }
+        elif filter == "ins":
+            density = self.values.get("accel.noise_ug_per_sqrt_hz", 0.0) * 1e-6 * G_M_S2
+            found = {"gyro_noise_rad_per_sqrt_s": found["gyro_noise_rad_per_sqrt_s"], "accel_noise_m_s_per_sqrt_s": density}
+        for option, names in START_AND_RANGE.get(filter, {}).items():
+            # An instability without the bias from one start to the next does not bound that.
+            found[option] = math.hypot(*(self.values.get(name, 0.0) for name in names)) if names[0] in self.values else 0.0
         return {name: value for name, value in found.items() if value > 0}
 
 
-AHRS_OPTIONS = {
-    "start_sigma_bias_rad_s": ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s"),
+_GYRO_BIAS = ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s")
+_BOTH = {
     "start_sigma_gyro_scale": ("gyro.scale_factor_sigma",),
-    "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
     "start_sigma_accel_bias_m_s2": ("accel.bias_sigma_m_s2", "accel.bias_instability_m_s2"),
     "gyro_range_rad_s": ("gyro.range_rad_s",),
     "accel_range_m_s2": ("accel.range_m_s2",),
-    "mag_range_tesla": ("mag.range_tesla",),
 }
-"""Option of the AHRS: the figures whose root sum of squares it is."""
+START_AND_RANGE: dict[str, dict[str, tuple[str, ...]]] = {
+    "ahrs": _BOTH | {
+        "start_sigma_bias_rad_s": _GYRO_BIAS,
+        "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
+        "mag_range_tesla": ("mag.range_tesla",),
+    },
+    "ins": _BOTH | {"start_sigma_gyro_bias_rad_s": _GYRO_BIAS},
+}  # fmt: skip
+"""Option of a filter: the figures whose root sum of squares it is; without the first of them there is none."""
 
 
 CALIBRATION = "calibration"
@@ -212,6 +227,26 @@ def read_grade(name_or_path: str | Path) -> Grade:
     return Grade(file.data["name"], values, corrections)
 
 
+def write_sensor(
+    path: str | Path, sensors: Mapping[str, Correction | Mapping[str, Any]], name: str = "", source: str = "hnav calibrate."
+) -> None:
+    """Writes calibrations, or entries by their names, of gyro, accel and mag into a sensor file; what else an existing one holds stays.
+
+    name: of a new file, which is otherwise that of the file. source: added to that of an existing file. Raises HnavError for an existing file
+    that is no sensor file, and OutputError; then the old file stays.
+    """
+    path, source = Path(path), source.strip()
+    data: dict[str, Any] = {"version": VERSION, "name": name or path.stem, "source": source}
+    if path.exists():
+        read_grade(path)
+        data |= ModelFile(path).data
+        data["source"] = data["source"] if source in data["source"] else f"{data['source']} {source}"
+    for sensor, given in sensors.items():
+        entries = {CALIBRATION: given.entry(SI[sensor])} if isinstance(given, Correction) else given
+        data[sensor] = data.get(sensor, {}) | dict(entries)
+    write_files({path: json.dumps(data, indent=1) + "\n"})
+
+
 def _correction(file: ModelFile, sensor: str, entry: Any) -> Correction:
     """Of an entry calibration."""
     if not isinstance(entry, dict) or set(entry) != {"unit", *SHAPES} or entry["unit"] != SI[sensor]:
@@ -220,7 +255,7 @@ def _correction(file: ModelFile, sensor: str, entry: Any) -> Correction:
     for name, shape in SHAPES.items():
         try:
             arrays[name] = np.array(entry[name], float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             arrays[name] = np.empty(0)
         if arrays[name].shape != shape or not np.isfinite(arrays[name]).all():
             file.refuse(f"{sensor}.{CALIBRATION}.{name} is not {' x '.join(map(str, shape))} finite numbers")
@@ -236,8 +271,8 @@ def _parameter(file: ModelFile, sensor: str, key: str, entry: Any) -> tuple[str,
         file.refuse(f"{sensor}.{key} must have value and unit")
     parameter, units = entries[key]
     value, unit = entry["value"], entry["unit"]
-    if unit not in units:
+    if not isinstance(unit, str) or unit not in units:
         file.refuse(f"{sensor}.{key}: unit {unit} is not one of {', '.join(units)}")
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value) or value < 0:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value <= sys.float_info.max:
         file.refuse(f"{sensor}.{key} = {value} {unit} must be a number of at least 0")
     return parameter, value * units[unit]

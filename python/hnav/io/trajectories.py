@@ -165,7 +165,9 @@ def _made(path: Path, t_s: np.ndarray, **known: object) -> Trajectory:
 
 def _of_recording(path: Path) -> Trajectory:
     recording = read(path)
-    return _made(path, recording.t_s, q_nb=recording.needed("reference_q_nb"), angles="quaternion", frame="enu")
+    if recording.reference_q_nb is None:
+        raise RecordingError(f"{path}: it is a recording without a reference attitude; hnav filter makes a table of it")
+    return _made(path, recording.t_s, q_nb=recording.reference_q_nb, angles="quaternion", frame="enu")
 
 
 def _aids(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

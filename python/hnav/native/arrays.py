@@ -33,7 +33,8 @@ def times(values: npt.ArrayLike) -> Array:
         values = (given - np.zeros(1, given.dtype)) / np.timedelta64(1, "s")
     array = _numbers(values, "t_s")
     if array.ndim != 1:
-        raise HnavValueError("size", f"t_s has the shape {array.shape}, expected (n,)", "t_s")
+        cure = ": of samples at equal intervals np.arange(n) / rate_hz" if array.ndim == 0 else ""
+        raise HnavValueError("size", f"t_s has the shape {array.shape}, expected (n,){cure}", "t_s")
     return array
 
 
@@ -49,7 +50,8 @@ def _numbers(values: npt.ArrayLike, name: str) -> Array:
     try:
         return np.asarray(values, np.float64, order="C")
     except (TypeError, ValueError):
-        raise HnavValueError("size", f"{name} is no array of numbers", name) from None
+        cure = ": give its arrays, or a filter run_recording(recording)" if hasattr(values, "rate_b_rad_s") else ""
+        raise HnavValueError("size", f"{name} is no array of numbers but a {type(values).__name__}{cure}", name) from None
 
 
 def stretches(flags: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -219,8 +219,8 @@ class LastingMotion:
         self.force, self.force_s = self.force + gathered, self.force_s + T
 
     def settle(self, force: float, T: float) -> None:
-        """A body at rest has none; force: its length now."""
-        self.rest_force, self.power = force, self.power * math.exp(-T / 0.5)
+        """A body at rest has none, and what it had has ended; force: its length now."""
+        self.rest_force, self.power, self.counted2 = force, self.power * math.exp(-T / 0.5), 0.0
 
     def uncount(self) -> float:
         """Square of the velocity that no longer counts as noise, which has not ended for that."""
@@ -244,7 +244,8 @@ class LastingMotion:
             return 0.0
         f = self.force / self.force_s
         by_down, by_length = f[2] + G_M_S2, float(np.linalg.norm(f)) - G_M_S2
-        variance = (self.down2 + 0.01) / self.force_s**2 + 0.0025
+        vertical2 = self.down2 + 0.01 + 0.02 * max(self.power[1], self.now[1])  # what goes far may climb by one part in seven
+        variance = vertical2 / self.force_s**2 + 0.0025
         ratio = float(by_down**2 - by_length**2) / (2 * variance)
         if ratio > 0.5 and not has_passed(self.force_s, 20) and by_length**2 < 9 * variance:
             return ratio

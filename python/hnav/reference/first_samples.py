@@ -18,7 +18,7 @@ class AgreeingSamples:
     """The mean of the newest samples of force and field that agree, in the body axes of now.
 
     Each force is within a quarter of gravity, and each sample within a quarter of the mean of those before it, which the gyroscope turns on;
-    a sample further away begins the mean anew. After PATIENCE_S, or if one sample suffices, any samples do.
+    a sample further away restarts the mean. After PATIENCE_S, or if one sample suffices, any samples do.
     """
 
     def __init__(self, samples: int):

@@ -112,7 +112,7 @@ class InsReference:
         self.before: tuple[Array, Array] | None = None  # the rate and force held before these
         self.vibration_rate2 = self.vibration_force2 = self.felt2 = 0.0
         self.felt: Array | None = None
-        self.lately = np.zeros(3)
+        self.recent_acceleration = np.zeros(3)
         self.put_gravity()
         self.clear_window()
 
@@ -174,7 +174,9 @@ class InsReference:
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
-        self.lately = self.lately + T / (0.5 * max(0.0, self.latency) + T) * (force + self.gravity - self.lately)
+        self.recent_acceleration = self.recent_acceleration + T / (0.5 * max(0.0, self.latency) + T) * (
+            force + self.gravity - self.recent_acceleration
+        )
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):
@@ -333,7 +335,7 @@ class InsReference:
             self.begin_field(field_b)
         self.clear_window()
         if velocity_n is not None and place is not None:
-            tau, a = self.latency, self.lately
+            tau, a = self.latency, self.recent_acceleration
             H, noise = self.late(a)
             H[:, V] = np.eye(3)
             self.velocity_fit.restate(self.SIGMA_M_S**2)

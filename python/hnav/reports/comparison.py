@@ -31,7 +31,7 @@ NEIGHBOURS = 5
 LEAST_S = 2.0
 """Of the common time of two clocks."""
 TURN_S = 0.5
-"""Turns over so long tell the rotation between two bodies."""
+"""Turns over so long determine the rotation between two bodies."""
 ROUNDS = 30
 """Of alternating between both sides; each makes the residual smaller."""
 ENU_OF_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
@@ -211,8 +211,8 @@ def _with_frames(mine: Trajectory, true: Trajectory, align: Collection[str], fou
     for name, turn in (("world", left), ("body", right)):
         if name in align:
             vector = np.degrees(rotation_error_rad(np.array([[1.0, 0, 0, 0]]), turn[None]))[0]
-            told = ", ".join(f"{v:.3f}" for v in vector)
-            found[name] = f"axes of {mine.name} turned by {np.linalg.norm(vector):.3f} deg, rotation vector ({told}) deg"
+            angles = ", ".join(f"{v:.3f}" for v in vector)
+            found[name] = f"axes of {mine.name} turned by {np.linalg.norm(vector):.3f} deg, rotation vector ({angles}) deg"
     return replace(mine, q_nb=quaternion_product(quaternion_product(left, mine.q_nb), right))
 
 
@@ -243,8 +243,8 @@ def _with_places(mine: Trajectory, true: Trajectory, with_scale: bool, found: di
         raise HnavValueError("no data", f"{mine.name}: has fewer than 3 places within {true.name}", "align")
     turn, offset, scale = umeyama(true.position_m[rows], mine.position_m[rows], with_scale)
     angle = np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1), -1, 1)))
-    told = ", ".join(f"{v:.4g}" for v in offset)
-    found["place"] = f"turned by {angle:.3f} deg, moved by ({told}) m" + (f", scaled by {scale:.6g}" if with_scale else "")
+    moved = ", ".join(f"{v:.4g}" for v in offset)
+    found["place"] = f"turned by {angle:.3f} deg, moved by ({moved}) m" + (f", scaled by {scale:.6g}" if with_scale else "")
     return replace(mine, position_m=scale * mine.position_m @ turn.T + offset)
 
 

@@ -44,10 +44,10 @@ def write_comparison(compared: Sequence[Comparison], file: Path) -> None:
     seen: Any = View([_since(one, begin_s) for one in compared], np.array([0.0, end_s - begin_s]))
     reference = compared[0].reference.name
     facts = {"reference": reference, "length": f"{seen.t_s[-1]:.6g} s", "hnav": __version__}
-    told = [f"note: {one.aligned.name}: {name}: {text}" for one in compared for name, text in one.found.items()]
+    notes = [f"note: {one.aligned.name}: {name}: {text}" for one in compared for name, text in one.found.items()]
     panels = [panel for panel in PANELS if panel.applies(seen)]
     title = f"{', '.join(one.aligned.name for one in compared)} against {reference}"
-    write_files({file: document(f"hnav · {title}", heading_of(title, facts, told), "", seen, panels)}, make_folders=True)
+    write_files({file: document(f"hnav · {title}", heading_of(title, facts, notes), "", seen, panels)}, make_folders=True)
 
 
 def _since(one: Comparison, begin_s: float) -> Comparison:
@@ -101,7 +101,7 @@ def _way(seen: View) -> Any:
 
 
 def _has(seen: View, array: str) -> bool:
-    """Whether one that is compared has a quantity."""
+    """Whether a compared run has a quantity."""
     return any(np.isfinite(getattr(one.aligned, array)).all(axis=1).any() for one in seen.compared)
 
 

@@ -1,5 +1,6 @@
 // The page of hnav live: each message of the websocket is the newest state, with
-// t_s, q (scalar first, or null), frame, heading_deg, sigma_deg, ready, health, rates, counts, notes, age_ms.
+// t_s, q (scalar first, or null), frame, heading_deg, sigma_deg, ready, health, rates, counts, notes, age_ms; of the INS also
+// phase, place (latitude and longitude in deg, height in m, sigmas north, east, down in m, or null), velocity (north, east, down, or null).
 const KEPT_S = 30, GAP_S = 1, RETRY_MS = 1000, MARGIN = { left: 54, right: 12, top: 10, bottom: 30 };
 const headingCanvas = document.getElementById("heading-canvas"), lost = document.getElementById("lost");
 let state = null, history = [], waiting = false;
@@ -87,6 +88,7 @@ function partsOf(points) {
 function listState() {
   const rows = [
     ...Object.entries(state.ready).map(([name, is]) => [`${name} ready`, is ? "yes" : "no", is]),
+    ...(state.phase ? placeRows() : []),
     ["sigma about north, east, down", state.sigma_deg ? state.sigma_deg.map(v => `${v.toFixed(2)}°`).join("  ") : "–", true],
     ...Object.entries(state.health).map(([name, is]) => [name, `${is}, ${state.rates[name].toFixed(0)} Hz`, is === "ok"]),
     ["age of the newest row", `${state.age_ms.toFixed(1)} ms`, true],
@@ -108,6 +110,16 @@ function listState() {
     return box;
   }));
   document.getElementById("notes").textContent = state.notes.join("\n");
+}
+
+function placeRows() {
+  const metres = values => values.map(v => v.toFixed(2)).join("  ");
+  return [
+    ["phase", state.phase, state.phase === "navigating"],
+    ["latitude, longitude, height", state.place ? `${state.place[0].toFixed(7)}°  ${state.place[1].toFixed(7)}°  ${state.place[2].toFixed(2)} m` : "–", true],
+    ["sigma north, east, down", state.place ? `${metres(state.place.slice(3))} m` : "–", true],
+    ["velocity north, east, down", state.velocity ? `${metres(state.velocity)} m/s` : "–", true],
+  ];
 }
 
 function connect() {

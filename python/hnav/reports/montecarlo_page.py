@@ -62,9 +62,9 @@ def write_montecarlo_report(source: Path, file: Path) -> list[str]:
         "runs": str(every.groupby(["scenario", "seed"]).ngroups), "scenarios": ", ".join(map(str, every["scenario"].unique())),
         "filters": ", ".join(map(str, done["filter"].unique())), "hnav": __version__,
     }  # fmt: skip
-    doubts = [f"{row.scenario}, seed {row.seed} failed: {row.failure}" for row in failed.head(WORST).itertuples()]
+    warnings = [f"{row.scenario}, seed {row.seed} failed: {row.failure}" for row in failed.head(WORST).itertuples()]
     title = f"hnav · {source.name}"
-    write_files({file: document(title, heading_of(title, facts, doubts), "", seen, PANELS)}, make_folders=True)
+    write_files({file: document(title, heading_of(title, facts, warnings), "", seen, PANELS)}, make_folders=True)
     return [panel.name for panel in PANELS]
 
 

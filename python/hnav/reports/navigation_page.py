@@ -20,12 +20,12 @@ from hnav.reports.recording_view import began
 
 
 def write_navigation_report(
-    run: InsRun, file: str | Path, recording: Recording | None = None, doubts: Sequence[str] = ()
+    run: InsRun, file: str | Path, recording: Recording | None = None, warnings: Sequence[str] = ()
 ) -> list[str]:
     """Writes one HTML page that needs no network, and returns the names of its panels. Needs Plotly. Raises HnavError if it cannot
     be written.
 
-    recording: the input of the run; the page then shows its GNSS too. doubts: warnings at the head of the page.
+    recording: the input of the run; the page then shows its GNSS too. warnings: warnings at the head of the page.
     """
     seen: Any = view(run, recording)
     panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]
@@ -36,7 +36,7 @@ def write_navigation_report(
         "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s", "rows": str(len(run.t_s)), "hindsight": "every row from all samples" if run.smoothed else "",
         "hnav": __version__,
     }  # fmt: skip
-    head = heading_of(name, {key: value for key, value in about.items() if value}, doubts)
+    head = heading_of(name, {key: value for key, value in about.items() if value}, warnings)
     write_files({Path(file): document(f"hnav · {name}", head, figures_as_text(facts(seen)), seen, panels)}, make_folders=True)
     return [panel.name for panel in panels]
 

@@ -101,9 +101,9 @@ def navigation_score(
     """The recording through the filter. Rows count from the first heading_ready on, from the first of the phase navigating where
     there is none; smooth: of the run with hindsight, but from where the filter is ready. Raises HnavValueError when nothing can be compared."""
     data = paired(recording)
-    run = told = NavigationRun.over(data, options).go_on(inertial_rows(data))
+    run = judged = NavigationRun.over(data, options).go_on(inertial_rows(data))
     if smooth:
-        told = NavigationRun.over(data, options).go_on(inertial_rows(data), smooth=True)
+        judged = NavigationRun.over(data, options).go_on(inertial_rows(data), smooth=True)
     navigating = run.phase == PHASES.index("navigating")
     if not navigating.any():
         raise HnavValueError(
@@ -111,7 +111,7 @@ def navigation_score(
         )
     ready = np.flatnonzero(run.ready[:, 1])
     first = int(ready[0]) if len(ready) else int(np.argmax(navigating))
-    errors = errors_of(told, truth, slice(first, None))
+    errors = errors_of(judged, truth, slice(first, None))
     if not np.isfinite(errors.position_m).any():
         raise HnavValueError(
             "no data", f"{recording.name}: no row from {run.t_s[first]:.10g} to {run.t_s[-1]:.10g} s lies within the truth, "
@@ -138,7 +138,7 @@ def errors_of(run: InsRun, truth: Trajectory, rows: slice) -> Errors:
 def figures_of(errors: Errors) -> list[Figure]:
     """Those whose truth is known."""
     degrees = 180 / np.pi
-    told = [
+    figures = [
         ("tilt", "deg", degrees * errors.rotation_rad[:, :2], degrees * errors.sigma_rotation_rad[:, :2]),
         ("heading", "deg", degrees * errors.rotation_rad[:, 2:], degrees * errors.sigma_rotation_rad[:, 2:]),
         ("velocity, horizontal", "m/s", errors.velocity_m_s[:, :2], errors.sigma_velocity_m_s[:, :2]),
@@ -146,7 +146,7 @@ def figures_of(errors: Errors) -> list[Figure]:
         ("position, horizontal", "m", errors.position_m[:, :2], errors.sigma_position_m[:, :2]),
         ("position, vertical", "m", errors.position_m[:, 2:], errors.sigma_position_m[:, 2:]),
     ]
-    return [_figure(*one) for one in told if np.isfinite(one[2]).all(axis=1).any()]
+    return [_figure(*one) for one in figures if np.isfinite(one[2]).all(axis=1).any()]
 
 
 def _figure(name: str, unit: str, error: Array, sigma: Array) -> Figure:

@@ -53,8 +53,8 @@ def report_observer(run: ObserverRun, file: str | Path, samples: str = "", found
     panels = [panel for panel in PANELS if panel.applies(seen)]
     model = run.plan.plant.name if isinstance(run.plan.plant, ModelDescription) else "observer"
     title = f"{model} · {samples}" if samples else model
-    doubts = contradicted(run.proof, run.plan) + run.dropped_in_words() + run.held_in_words()
-    write_files({Path(file): document(f"hnav · {title}", _header(seen, title, doubts), "", seen, panels)}, make_folders=True)
+    warnings = contradicted(run.proof, run.plan) + run.dropped_in_words() + run.held_in_words()
+    write_files({Path(file): document(f"hnav · {title}", _header(seen, title, warnings), "", seen, panels)}, make_folders=True)
 
 
 def view(run: ObserverRun, found: list[Finding]) -> View:
@@ -67,12 +67,12 @@ def view(run: ObserverRun, found: list[Finding]) -> View:
     return View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sigmas, found)
 
 
-def _header(seen: View, title: str, doubts: list[str]) -> str:
+def _header(seen: View, title: str, warnings: list[str]) -> str:
     facts = {
         "estimated": ", ".join(seen.run.x), "sensors": ", ".join(seen.run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
         "rows": str(len(seen.t_s)), **({"hindsight": "every row from all samples"} if seen.run.smoothed else {}), "hnav": __version__,
     }  # fmt: skip
-    return heading_of(title, facts, doubts)
+    return heading_of(title, facts, warnings)
 
 
 def _panel(

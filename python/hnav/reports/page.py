@@ -87,10 +87,10 @@ def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Pan
     ])  # fmt: skip
 
 
-def heading_of(title: str, facts: Mapping[str, str], doubts: Sequence[str], more: str = "") -> str:
+def heading_of(title: str, facts: Mapping[str, str], warnings: Sequence[str], more: str = "") -> str:
     """The head of a page: facts by name, and lines of warning; those that begin with note are no warning. more: HTML."""
     listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in doubts)
+    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in warnings)
     return f"<header><h1>{escape(title)}</h1><dl>{listed}</dl>{warned}{more}</header>"
 
 

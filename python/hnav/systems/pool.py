@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 from typing import Any, TypeVar
 
 from hnav.io.outputs import OutputError
@@ -12,6 +13,10 @@ from hnav.systems.structure import refuse
 
 Job = TypeVar("Job")
 Answer = TypeVar("Answer")
+
+
+AHEAD = 4
+"""Jobs for each worker that the cluster has at a time: with all of them its memory would grow with their number."""
 
 
 def no_end() -> None:
@@ -39,10 +44,20 @@ def results(
     with _client(workers, scheduler) as client, _ending(client, end):
         from distributed import as_completed
 
-        # Keys by number: equal jobs are runs of their own.
-        futures = {client.submit(call, job, key=f"run-{i}-{id(work)}", pure=False): (i, job) for i, job in work}
-        for future in as_completed(futures):
+        futures: dict[Any, tuple[int, Job]] = {}
+        finished_ones, left = as_completed(), iter(work)
+
+        def submit(count: int) -> None:
+            for i, job in islice(left, count):
+                # Keys by number: equal jobs are runs of their own.
+                future = client.submit(call, job, key=f"run-{i}-{id(work)}", pure=False)
+                futures[future] = i, job
+                finished_ones.add(future)
+
+        submit(AHEAD * max(1, sum(client.ncores().values())))
+        for future in finished_ones:
             i, job = futures.pop(future)
+            submit(1)
             try:
                 answer, finished = future.result(), True
             except OutputError:

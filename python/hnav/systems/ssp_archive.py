@@ -8,34 +8,16 @@ from __future__ import annotations
 import re
 import stat
 import zipfile
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from hnav.errors import HnavError
+from hnav.io.archive_room import Room
 from hnav.io.outputs import cannot_write
 from hnav.systems.structure import refuse
 
-MOST_BYTES, MOST_ENTRIES = 1 << 30, 10_000  # of an archive and the FMUs in it, all that a run unpacks
 URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 CURE = "unpack it and name the folder if you trust it"
-
-
-@dataclass
-class Room:
-    """What may still be unpacked."""
-
-    bytes: int = field(default_factory=lambda: MOST_BYTES)
-    entries: int = field(default_factory=lambda: MOST_ENTRIES)
-
-    def take(self, entries: Sequence[zipfile.ZipInfo], shown: str) -> None:
-        """Raises HnavError before anything is written. No entry gives more bytes than it declares: zipfile stops there."""
-        self.bytes -= sum(entry.file_size for entry in entries)
-        self.entries -= len(entries)
-        if self.bytes < 0:
-            refuse(f"{shown}: unpacks to more than {MOST_BYTES / 1e6:.0f} MB; {CURE}")
-        if self.entries < 0:
-            refuse(f"{shown}: has more than {MOST_ENTRIES} entries; {CURE}")
 
 
 def unpack(archive: Path, folder: Path, room: Room) -> None:
@@ -70,7 +52,7 @@ class SystemFiles:
     shown: Path
     archive: bool = False
     allow_outside: bool = False
-    room: Room = field(default_factory=Room)
+    room: Room = field(default_factory=lambda: Room(CURE))
 
     def find(self, source: str, what: str) -> Path:
         """Where a file that the system names would be. Raises HnavError for what an archive may not name.

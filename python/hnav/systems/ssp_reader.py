@@ -47,6 +47,8 @@ def system_path(text: str) -> Path:
     if path.suffix == ".ssp" or path.is_dir() or os.sep in text:
         if not path.exists():
             refuse(f"{text}: file not found")
+        if path.is_file() and path.suffix == ".fmu":
+            refuse(f"{text}: an FMU is no system: hnav observe estimates its states, fmpy simulates it alone")
         return path
     known = known_systems()
     if text in known:

@@ -15,9 +15,15 @@ from typing import NoReturn, Self
 from fmpy.model_description import ModelDescription
 
 from hnav.errors import HnavValueError, nearest
+from hnav.filters.options import option_table
+from hnav.fmi.fmus import parameter_values
+from hnav.io.sensors import read_grade
 
 # Far more than anyone counts runs, and a system of many plants stays within 32 bits.
 SEED_STRIDE = 1_000_000
+SENSOR_FILE = ".json"
+SENSORS, FILTERS = ("ImuMagSensor", "ImuMagSensorClocks"), {"Ahrs": "ahrs", "Hrekf": "hrekf"}
+"""Models that a sensor file sets: sensors by its figures, filters by the options that these are."""
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 # What a parameter of a component may be set to; the text of an enumeration is the name of its item.
 Value = float | int | bool | str
@@ -124,16 +130,19 @@ class System:
                 component.parameters[name] = parameter_value(component, name, parameter, where)
 
     def choose(self, grade: str | None = None, scenario: str | None = None) -> None:
-        """Applies a grade and a scenario by name. A scenario that names sensors too lays over a grade only what it changes
-        against the sets bound in the SSD: the disturbance stays, the sensor is the grade's.
+        """Applies a grade, by name or by a sensor file (.json), and a scenario by name. A scenario that names sensors too lays over a
+        grade only what it changes against the sets bound in the SSD: the disturbance stays, the sensor is the grade's. Raises HnavError.
         """
-        for kind, name, sets in (("grade", grade, self.grades), ("scenario", scenario, self.scenarios)):
+        grades = self.grades
+        if grade is not None and grade.endswith(SENSOR_FILE):
+            grades = {grade: ParameterSet(self._of_sensor_file(grade))}
+        for kind, name, sets in (("grade", grade, grades), ("scenario", scenario, self.scenarios)):
             if name is not None and name not in sets:
                 known = f"it has {', '.join(sorted(sets))}" if sets else "it has none"
                 refuse(f"system {self.name} has no {kind} {name}: {known}")
         bound = self.parameters()
         if grade is not None:
-            self.apply(self.grades[grade].parameters, f"grade {grade}")
+            self.apply(grades[grade].parameters, f"grade {grade}")
         if scenario is not None:
             graded = self.parameters()
             self.apply(self.scenarios[scenario].parameters, f"scenario {scenario}")
@@ -143,12 +152,30 @@ class System:
                         component, _, parameter = name.partition(".")
                         self.components[component].parameters[parameter] = graded[name]
 
+    def _of_sensor_file(self, file: str) -> list[Parameter]:
+        """What the figures of a file set in sensors and attitude filters; what it does not name stays. Raises HnavError."""
+        grade = read_grade(file)
+        if not any(c.description.modelName in SENSORS for c in self.components.values()):
+            refuse(f"sensor file {file}: system {self.name} has no component {SENSORS[0]}")
+        of_model = dict.fromkeys(SENSORS, grade.parameters()) | {
+            model: parameter_values(option_table(filter), grade.options(filter)) for model, filter in FILTERS.items()
+        }
+        return [
+            Parameter(f"{component.name}.{name}", "", str(value))
+            for component in self.components.values()
+            for name, value in of_model.get(component.description.modelName, {}).items()
+        ]
+
     def seed(self, seed: int) -> None:
         """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of
         their names, so that no two plants draw the same noise."""
         seeded = [c for _, c in sorted(self.components.items()) if "seed" in c.variables]
         if not seeded:
-            refuse(f"seed = {seed}: no component of system {self.name} has a parameter seed", "seed")
+            refuse(
+                f"seed = {seed}: no component of system {self.name} has a parameter seed, so every run would be the same: take a system "
+                "with noise of its own (hnav systems)",
+                "seed",
+            )
         for i, component in enumerate(seeded):
             self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 

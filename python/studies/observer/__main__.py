@@ -9,15 +9,15 @@ from rich.table import Column, Table
 
 from hnav.cli.console import show
 from studies.command import check_choices, study
-from studies.observer import cost, events, hindsight, laws, smooth
+from studies.observer import cost, events, hindsight, laws, size, smooth
 
 
 def command(
     runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50,
-    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws or cost")] = None,
+    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws, size or cost")] = None,
 ) -> None:
     """Whether the observer's sigmas are right, and what it costs."""
-    check_choices("--part", [part], ("errors", "hindsight", "laws", "cost"))
+    check_choices("--part", [part], ("errors", "hindsight", "laws", "size", "cost"))
     if part in (None, "errors"):
         show(smooth_table(runs))
         show(events_table(runs), width=120)
@@ -25,6 +25,8 @@ def command(
         show(hindsight_table(runs), width=120)
     if part in (None, "laws"):
         show(laws_table(), width=120)
+    if part in (None, "size"):
+        show(size_table())
     if part in (None, "cost"):
         show(cost_table())
 
@@ -60,6 +62,13 @@ def laws_table() -> Table:
     table = table_of("figure", "right", *laws.KINDS)
     for law in laws.results():
         table.add_row(law.figure, law.right, *(f"{law.by_kind[kind]:.3g}" if kind in law.by_kind else "-" for kind in laws.KINDS))
+    return table
+
+
+def size_table() -> Table:
+    table = table_of("rod of so many cells, FMI 2", "ms/sample", "memory, MB", "NEES/n")
+    for r in size.results():
+        table.add_row(str(r.states), f"{r.ms_per_sample:.3f}", f"{r.memory_mb:.1f}", f"{r.nees:.3f}")
     return table
 
 

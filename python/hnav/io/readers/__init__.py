@@ -8,6 +8,7 @@ Each family of formats has a module; FORMATS lists them, and the first that reco
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -49,6 +50,9 @@ def read(
     Nothing is resampled: sensors of different rates keep their times. Raises RecordingError, a line that says what is wrong,
     where, and what to do.
     """
+    if not isinstance(path, (str, os.PathLike)):
+        cure = ": Recording.from_dataframe takes tables of pandas" if hasattr(path, "columns") else ""
+        raise RecordingError(f"path is no file or folder but a {type(path).__name__}{cure}", "path")
     path = Path(path)
     wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
     return recording_of(path.stem, str(path), _raw(path, format, wishes), wishes)

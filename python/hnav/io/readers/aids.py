@@ -73,8 +73,12 @@ def along(speed_m_s: np.ndarray, course_rad: np.ndarray) -> np.ndarray:
 def _pressure(given: Mapping[str, np.ndarray], columns: Mapping[str, Column]) -> np.ndarray | None:
     if "pressure_pa" not in given:
         return None
-    read = given["pressure_pa"][:, None]
-    if columns["pressure_pa"].unit is None and np.isfinite(read).any():
-        typical = float(np.nanmedian(read))
-        read = read * (1.0 if typical >= SMALLEST_PA else 100.0 if typical >= SMALLEST_HPA else 1000.0)
-    return read
+    return pressure_factor(columns["pressure_pa"], given["pressure_pa"]) * given["pressure_pa"][:, None]
+
+
+def pressure_factor(column: Column, read: np.ndarray) -> float:
+    """What makes pressures of an unsaid unit pascal, by their size; 1 where the name says it."""
+    if column.unit is not None or not np.isfinite(read).any():
+        return 1.0
+    typical = float(np.nanmedian(read))
+    return 1.0 if typical >= SMALLEST_PA else 100.0 if typical >= SMALLEST_HPA else 1000.0

@@ -326,4 +326,7 @@ def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
                 same = column is not None and column.role[0] == role[0]
                 unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])
                 return Column(role, names[i], i, unit, sign=sign)
+    if (place := name.strip().lstrip("-")).isdigit() and 1 <= int(place) <= len(names):
+        minus = name.strip().removesuffix(place)
+        return _named(names, role, f"{minus}{stripped[int(place) - 1]}", shown)
     raise RecordingError(f"columns {role}={name}: {shown} has no such column, but {', '.join(stripped[:12])}", "columns")

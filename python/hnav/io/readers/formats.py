@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hnav.io.readers.broad import is_broad, read_broad
 from hnav.io.readers.flight_logs import is_ardupilot, is_betaflight, read_ardupilot, read_betaflight
+from hnav.io.readers.long_tables import is_long_table, read_long_table
 from hnav.io.readers.nmea import is_nmea, read_nmea
 from hnav.io.readers.packed import ZIP_MAGIC, read_folder, tables_in, unpacked, unpacker_of, unzipped, what_it_is
 from hnav.io.readers.phones import is_phone_export, read_phone
@@ -44,7 +45,7 @@ FORMATS = {
     "ardupilot": Format("dataflash log of ArduPilot (.bin, .log)", is_ardupilot, read_ardupilot),
     "ulog": Format("log of PX4 (.ulg)", is_ulog, read_ulog),
     "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
-    "parquet": Format("Parquet", lambda path, head: head.startswith(b"PAR1"), read_parquet),
+    "parquet": Format("Parquet, Feather", lambda path, head: head.startswith((b"PAR1", b"ARROW1")), read_parquet),
     "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
@@ -55,6 +56,7 @@ FORMATS = {
     "betaflight": Format("blackbox of Betaflight as CSV", is_betaflight, read_betaflight),
     "nmea": Format("sentences of a receiver of satellites (NMEA 0183)", is_nmea, read_nmea),
     "serial": Format("what a sketch prints: names with numbers", is_serial_text, read_serial_text),
+    "long": Format("table with a row for each sample of one sensor", is_long_table, read_long_table),
     "table": Format("CSV, TSV, or text with semicolons or blanks", is_text, read_table),
 }
 """By name, in the order in which they are tried."""

@@ -11,6 +11,7 @@ import numpy as np
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.columns import QUANTITY_OF, column_of
+from hnav.io.readers.stated_units import with_units
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, raw_of, stream_of, table_of, times_of
 from hnav.io.recordings import ARRAYS, RecordingError, Unit
@@ -22,11 +23,16 @@ SHOWN = 20
 
 
 def raw_of_frames(
-    shown: str, frames: Mapping[str, pd.DataFrame], wishes: Wishes, format: str, by_format: Mapping[str, str] | None = None
+    shown: str,
+    frames: Mapping[str, pd.DataFrame],
+    wishes: Wishes,
+    format: str,
+    by_format: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> Raw:
-    """As raw_of_tables, of data frames. Raises RecordingError."""
+    """As raw_of_tables, of data frames. units: what stands beside them, by quantity. Raises RecordingError."""
     frames = {name: frame for name, frame in frames.items() if len(frame)}
-    tables = {name: table for name, frame in frames.items() if (table := _table(shown, name, frame, wishes))}
+    tables = {name: table for name, frame in frames.items() if (table := _table(shown, name, frame, wishes, units or {}))}
     return raw_of_tables(shown, tables, {name: list(frame.columns) for name, frame in frames.items()}, wishes, format, by_format)
 
 
@@ -62,12 +68,13 @@ def _refuse_missing(shown: str, tables: Mapping[str, Sequence[object]], found: s
 CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz, and a line of these names"
 
 
-def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes) -> Table | None:
+def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes, units: Mapping[str, str]) -> Table | None:
     """The table, if it has a column that is known; its axes may be called x, y and z, where its name is that of a sensor."""
     if sensor_named(name) is not None:
         # accelerometer: x, y, z and accel_x, accel_y, accel_z are both usual.
         plain = {column: f"{name}_{column}" for column in frame.columns if str(column).lower() in ("x", "y", "z")}
         frame = frame.rename(columns=plain)
+    frame = with_units(shown, frame, units)
     try:
         return table_of(frame, shown, wishes)
     except RecordingError:

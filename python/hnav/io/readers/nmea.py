@@ -55,6 +55,26 @@ def _is_whole(match: re.Match[str]) -> bool:
     return check == int(told, 16)
 
 
+LIVE_COLUMNS = ("t_s", "lat_deg", "lon_deg", "alt_m", "vn", "ve", "sigma_h", "sigma_v")
+
+
+class Sentences:
+    """Sentences that arrive now, one after the other."""
+
+    def __init__(self) -> None:
+        self._log = _Log()
+
+    def cells(self, text: str) -> list[str | float] | None:
+        """Under LIVE_COLUMNS; empty where it has neither place nor velocity, None for what is no whole sentence. The time is what a logger wrote before it; sigmas
+        are by the newest GST."""
+        match = SENTENCE.match(text)
+        if match is None or not _is_whole(match):
+            return None
+        self._log.take(match.group(2), match.group(3).split(","), match.group(1))
+        found = self._log.newest()
+        return [match.group(1), *(found.get(name, "") for name in LIVE_COLUMNS[1:])] if found else []
+
+
 class _Log:
     """Sentences, as they come."""
 
@@ -107,6 +127,21 @@ class _Log:
             found["velocity"] = AidSamples(self._times(table), velocity, np.full_like(velocity, np.nan))
         kept = {kind: one.rows(present(kind, one)) for kind, one in found.items()}
         return {kind: one for kind, one in kept.items() if len(one.t_s)}
+
+    def newest(self) -> dict[str, float]:
+        """What was said since the last call, by the names of columns."""
+        self._sigmas = {self._places[-1][0] if self._places else t_s: sigma for t_s, sigma in [*self._sigmas.items()][-1:]}
+        found, values = self.aids(), dict[str, float]()
+        self._places.clear()
+        self._velocities.clear()
+        if one := found.get("position"):
+            values = dict(
+                zip(("lat_deg", "lon_deg", "alt_m"), [*np.degrees(one.values[-1, :2]).tolist(), float(one.values[-1, 2])])
+            )
+            values |= {"sigma_h": float(one.sigma[-1, 0]), "sigma_v": float(one.sigma[-1, 2])}
+        if one := found.get("velocity"):
+            values |= dict(zip(("vn", "ve"), one.values[-1].tolist()))
+        return values
 
     def _times(self, table: np.ndarray) -> np.ndarray:
         logged_s = table[:, 1]

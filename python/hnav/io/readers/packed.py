@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import bz2
 import contextlib
+import functools
 import gzip
 import lzma
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from hnav.io.readers.columns import column_of
 from hnav.io.readers.frames import raw_of_tables, sensor_named
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.tables import Table, parse
-from hnav.io.recordings import RecordingError
+from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 UNPACKERS: dict[bytes, Callable[..., Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open}
 LARGEST_BYTES = 1 << 32
@@ -25,10 +29,12 @@ ZIP_MAGIC = b"PK\x03\x04"
 NO_ZIP = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, OSError, zlib.error)
 BLOCK_BYTES = 1 << 20
 MOST_FILES = 50
+AXES = CSV_COLUMNS[1:]
 KNOWN = (
     (ZIP_MAGIC, "a zip; "),
     (b"\xd0\xcf\x11\xe0", "a workbook of Excel (.xls): save it as CSV; "), (b"%PDF", "a PDF: "), (b"\x89PNG", "a picture: "),
-    (b"\xff\xd8\xff", "a picture: "), (b"\xfd\x09", "telemetry of MAVLink: give the log of the vehicle itself (.bin); "),
+    (b"\xff\xd8\xff", "a picture: "), (b"\x80\x04", "a pickle, which may run any code: save .csv, .npz or .parquet; "),
+    (b"\x80\x05", "a pickle, which may run any code: save .csv, .npz or .parquet; "), (b"\xfd\x09", "telemetry of MAVLink: give the log of the vehicle itself (.bin); "),
 )  # fmt: skip
 
 
@@ -101,7 +107,7 @@ def read_folder(folder: Path, files: list[Path], read: Callable[[Path], Raw], wi
     tables: dict[str, Table] = {}
     for file in files:
         with contextlib.suppress(RecordingError):
-            tables[file.stem] = parse(str(file), file.read_bytes(), wishes, sensor_named(file.stem))
+            tables[file.stem] = _table_of(file, wishes)
         with contextlib.suppress(RecordingError):
             found[file.name] = read(file)
     if len(found) > 1:
@@ -114,8 +120,37 @@ def read_folder(folder: Path, files: list[Path], read: Callable[[Path], Raw], wi
     if only and (len(tables) == 1 or Path(only).stem not in tables):
         return replace(found[only], notes=(*found[only].notes, f"read {only}"))
     there = {name: [column.strip() for column in table.layout.names] for name, table in tables.items()}
-    raw = raw_of_tables(str(folder), tables, there, wishes, "folder")
+    raw = raw_of_tables(str(folder), side_by_side(tables), there, wishes, "folder")
     return replace(raw, notes=(*raw.notes, f"read {', '.join(tables)}"))
+
+
+def _table_of(file: Path, wishes: Wishes) -> Table:
+    """Of a sensor, where the name of the file is one, or of an axis of it, as gyro_x.csv. Raises RecordingError."""
+    data, axis = file.read_bytes(), column_of(file.stem, 0)
+    table = parse(str(file), data, wishes, sensor_named(file.stem))
+    if axis is None or axis.role not in AXES or table.columns.keys() != {"t_s"}:
+        return table
+    names = [name for place, name in enumerate(table.layout.names) if place != table.columns["t_s"].place and name.strip()]
+    return parse(str(file), data, replace(wishes, columns={**wishes.columns, axis.role: names[0]})) if len(names) == 1 else table
+
+
+def side_by_side(tables: Mapping[str, Table]) -> dict[str, Table]:
+    """With tables of one axis put together to that of their sensor, at the times that all three have."""
+    axes = {role: name for name, table in tables.items() for role in table.columns if len(table.columns) == 2 and role in AXES}
+    joined = dict(tables)
+    for roles in (AXES[:3], AXES[3:6], AXES[6:]):
+        if not axes.keys() >= {*roles}:
+            continue
+        parts = [tables[axes[role]] for role in roles]
+        times = functools.reduce(np.intersect1d, (part.values["t_s"] for part in parts))
+        columns, values = {"t_s": parts[0].columns["t_s"]}, {"t_s": times}
+        for role, part in zip(roles, parts):
+            columns[role] = part.columns[role]
+            order = np.argsort(part.values["t_s"], kind="stable")
+            values[role] = part.values[role][order[np.searchsorted(part.values["t_s"], times, sorter=order)]]
+            del joined[axes[role]]
+        joined[axes[roles[0]]] = replace(parts[0], columns=columns, values=values)
+    return joined
 
 
 def what_it_is(path: Path, head: bytes) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from hnav.io.mat_file import read_mat
 from hnav.io.readers.frames import raw_of_frames
+from hnav.io.readers.stated_units import UNIT_NAMES, units_in
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.trees import frames_of_tree, unbatched
 from hnav.io.recordings import RecordingError
@@ -38,7 +39,7 @@ def read_json(path: Path, wishes: Wishes) -> Raw:
     if "gyroscope" in lower and any("seconds_elapsed" in frame for frame in frames.values()):
         return raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER)
     movesense = any("ArrayGyro" in text or "ArrayAcc" in text for text in [path.read_bytes()[:4096].decode("utf-8", "replace")])
-    return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None)
+    return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None, units_in(tree))
 
 
 def _parsed(path: Path, data: bytes) -> Any:
@@ -100,7 +101,11 @@ def _of_hdf5(path: Path) -> dict[str, np.ndarray]:
 
     def take(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not name.startswith("#"):
-            found[name.replace("/", "_")] = np.asarray(item[()])
+            key = name.replace("/", "_")
+            found[key] = np.asarray(item[()])
+            stated = next((item.attrs[unit] for unit in UNIT_NAMES if unit in item.attrs), None)
+            if stated is not None:
+                found[f"{key}_unit"] = np.asarray(stated.decode() if isinstance(stated, bytes) else str(stated))
 
     with h5py.File(path) as file:
         file.visititems(take)
@@ -110,11 +115,18 @@ def _of_hdf5(path: Path) -> dict[str, np.ndarray]:
 def _of_arrays(path: Path, arrays: dict[str, np.ndarray], wishes: Wishes, format: str) -> Raw:
     tree: dict[str, Any] = {}
     for name, value in arrays.items():
-        tree |= {f"{name}_{field}": value[field] for field in value.dtype.names} if value.dtype.names else {name: value}
+        fields = {f"{name}_{field}": value[field] for field in value.dtype.names} if value.dtype.names else {name: value}
+        tree |= {field: np.atleast_1d(one) for field, one in fields.items()}
     frames = frames_of_tree(tree)
     if not frames:
         there = ", ".join(f"{name} {' x '.join(map(str, value.shape))}" for name, value in list(tree.items())[:20]) or "nothing"
         raise RecordingError(
             f"{path}: no columns of numbers, but {there}: save t (n), gyro, acc, mag (n x 3 each), not a table object"
         )
-    return raw_of_frames(str(path), frames, wishes, format)
+    return raw_of_frames(
+        str(path),
+        frames,
+        wishes,
+        format,
+        units=units_in({name: one.tolist() for name, one in tree.items() if one.dtype.kind in "SU"}),
+    )

@@ -19,7 +19,7 @@ import numpy as np
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import OWN_TIMES, Column, columns_of, with_unit
+from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, library
@@ -209,10 +209,26 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     if roles == ("t_s",):
         free = [name for name in free if re.search("time|stamp|clock|sec|ms", name, re.IGNORECASE)]
     said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
+    at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}"
+    if len(roles) == len("xyz") and _holds_no_more(table):
+        return f"{at}, and nothing of the {QUANTITY_OF[roles[0][0]]}: record gyroscope and accelerometer together"
     line = " ".join(
         f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, free or ["NAME"])
     )
-    return f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}: say which it is, such as {line}"
+    return f"{at}: say which it is, such as {line}"
+
+
+def _places(names: Sequence[str]) -> str:
+    """t_s=1,gx=2 ... for the columns of a line: six or nine are without times."""
+    untimed = len(names) in (6, 9)
+    roles = CSV_COLUMNS[untimed : max(len(names), 6) + untimed]
+    return ",".join(f"{role}={place}" for place, role in enumerate(roles, 1)) + (" rate_hz=100" if untimed else "")
+
+
+def _holds_no_more(table: Table) -> bool:
+    """Whether every column with a name is taken."""
+    taken = {column.place for column in table.columns.values()}
+    return bool(taken) and all(place in taken or not name.strip() for place, name in enumerate(table.layout.names))
 
 
 def _stands_twice(table: Table, rows: np.ndarray) -> bool:
@@ -261,7 +277,7 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
     if not columns:
         raise RecordingError(
             f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them; "
-            "of a table of numbers alone say their places, such as columns t_s=1 columns gx=2"
+            f"of a table of numbers alone say their places, such as columns {_places(layout_of(shown, head, {'t_s': '1'}).names)}"
         )
     for role, column in columns.items():
         if column.unit is None and column.place < len(layout.units):
@@ -499,10 +515,12 @@ def _numbers(series: pd.Series[Any]) -> np.ndarray | None:
 
 
 def read_parquet(path: Path, wishes: Wishes) -> Raw:
-    """One table with all sensors, by pyarrow. Raises RecordingError."""
-    parquet = library("pyarrow.parquet", "logs", str(path))
+    """One table with all sensors, in Parquet or Feather, by pyarrow. Raises RecordingError."""
+    with path.open("rb") as file:
+        kind = "feather" if file.read(6) == b"ARROW1" else "parquet"
+    reader = library(f"pyarrow.{kind}", "logs", str(path))
     try:
-        frame = parquet.read_table(path).to_pandas()
+        frame = reader.read_table(path).to_pandas()
     except Exception as error:  # it raises whatever a damaged file makes it stumble over
         raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
     return raw_of(str(path), table_of(frame, str(path), wishes), wishes, name="parquet")

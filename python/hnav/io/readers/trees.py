@@ -44,9 +44,25 @@ def _tables(tree: Any, name: str, depth: int) -> Iterator[tuple[str, dict[str, A
     if depth > DEEPEST:
         return
     if isinstance(tree, Mapping):
-        yield from _of_mapping(tree, name, depth)
+        yield from _of_mapping(_of_pandas(tree), name, depth)
     elif isinstance(tree, (list, np.ndarray)) and len(tree) and isinstance(tree[0], Mapping):
         yield from _of_records([row for row in tree if isinstance(row, Mapping)], name, depth)
+
+
+def _of_pandas(tree: Mapping[str, Any]) -> Mapping[str, Any]:
+    """{"gx": {"0": 1.0, "1": 2.0}, ...}, as to_json of pandas writes a table, or rows by their numbers: as columns."""
+    values = list(tree.values())
+    if len(values) < 2 or not all(isinstance(value, Mapping) and value.keys() == values[0].keys() for value in values):
+        return tree
+    if all(map(_is_index, values[0])):
+        return {column: list(rows.values()) for column, rows in tree.items()}
+    if all(map(_is_index, tree)):
+        return {column: [row[column] for row in values] for column in values[0]}
+    return tree
+
+
+def _is_index(key: object) -> bool:
+    return str(key).isdigit()
 
 
 def _of_mapping(tree: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -165,11 +181,11 @@ BATCH, PLACE, LENGTH = "batch_", "place in batch", "batch length"
 def flattened(record: Mapping[str, Any], before: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
     """Names and values of a record in records; three numbers are its axes."""
     for key, value in record.items():
-        name = f"{before}_{key}" if before and str(key) != "values" else before if str(key) == "values" else str(key)
+        name = "_".join(filter(None, [before, "" if str(key) == "values" else str(key)]))
         if isinstance(value, Mapping) and depth < DEEPEST:
             yield from flattened(value, "" if str(key) in ("values", "data", "payload") else name, depth + 1)
         elif isinstance(value, list) and len(value) == 3 and not isinstance(value[0], (list, Mapping)):
-            yield from ((f"{name}_{axis}", one) for axis, one in zip(AXES, value))
+            yield from (("_".join(filter(None, [name, axis])), one) for axis, one in zip(AXES, value))
         elif isinstance(value, list):
             if value and isinstance(value[0], (list, Mapping)):
                 yield name, value

@@ -1,0 +1,101 @@
+// Whether the samples of an inertial sensor look like g or deg/s, by what gravity shows: an FMU reads numbers without their unit.
+#pragma once
+
+#include <cmath>
+#include <cstring>
+
+namespace hnav::fmu {
+
+// Eight-byte numbers, saved as they are. A finding is a sentence for the log; the samples are used as they come.
+class UnitCheck {
+public:
+    // m/s2 or g; sensor axes.
+    void take_force(const double* force) {
+        if (decided() || !std::isfinite(force[0] + force[1] + force[2])) return;
+        for (int i = 0; i < 3; ++i) force_[i] += force[i];
+        forces_ += 1;
+    }
+
+    // rad/s or deg/s; held since the sample before.
+    void take_rate(double t_s, const double* rate) {
+        if (decided() || !std::isfinite(rate[0] + rate[1] + rate[2])) return;
+        if (has_rate_ != 0)
+            for (int i = 0; i < 3; ++i) angle_[i] += 0.5 * (rate[i] + rate_[i]) * (t_s - rate_s_);
+        std::memcpy(rate_, rate, sizeof rate_);
+        rate_s_ = t_s;
+        if (has_rate_ == 0 || t_s < begin_s_) begin_s_ = t_s;
+        has_rate_ = 1;
+        if (t_s - begin_s_ >= window_s - 1e-9 && forces_ > 0) end_window();
+    }
+
+    // The finding, or null while there is none.
+    const char* finding() const {
+        if (found_ == is_g) return "accel.force has a strength near 1 m/s2: this looks like g; multiply it by 9.80665";
+        if (found_ == is_deg_s)
+            return "gyro.rate: gravity turned 57 times less than the rates say: this looks like deg/s; multiply it by 0.0174533";
+        return nullptr;
+    }
+
+private:
+    static constexpr double window_s = 0.1;
+    static constexpr double enough = 50; // windows
+    static constexpr double most = 6000; // windows, ten minutes: a body that has not tilted until then is not judged
+    static constexpr double least_turn = 0.01; // rad, RMS of a window: above the noise of any accelerometer's mean
+    static constexpr double sure = 0.85; // correlation of the turning of gravity and of the rates
+    static constexpr double pi = 3.14159265358979323846;
+    static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3;
+
+    bool decided() const { return found_ != undecided; }
+
+    void end_window() {
+        const double size = std::sqrt(force_[0] * force_[0] + force_[1] * force_[1] + force_[2] * force_[2]);
+        double middle[3], unit[3];
+        for (int i = 0; i < 3; ++i) {
+            unit[i] = size > 0 ? force_[i] / size : 0;
+            middle[i] = 0.5 * (angle_[i] + angle_before_[i]); // between the middles of two windows
+        }
+        if (windows_ > 0) compare(unit, middle);
+        windows_ += 1;
+        strength_ += size / forces_;
+        std::memcpy(unit_, unit, sizeof unit_);
+        std::memcpy(angle_before_, angle_, sizeof angle_before_);
+        std::memset(angle_, 0, sizeof angle_);
+        std::memset(force_, 0, sizeof force_);
+        forces_ = 0;
+        begin_s_ = rate_s_;
+        if (windows_ >= enough) decide();
+    }
+
+    // A direction that stays in space changes in the body by d = v x theta, theta being the small angle that the body turned.
+    void compare(const double* unit, const double* angle) {
+        for (int i = 0; i < 3; ++i) {
+            const int j = (i + 1) % 3, k = (i + 2) % 3;
+            const double said = unit_[j] * angle[k] - unit_[k] * angle[j], seen = unit[i] - unit_[i];
+            said2_ += said * said;
+            seen2_ += seen * seen;
+            both_ += said * seen;
+        }
+    }
+
+    void decide() {
+        const double mean = strength_ / windows_;
+        if (mean > 0.5 && mean < 2) {
+            found_ = is_g;
+            return;
+        }
+        if (seen2_ > least_turn * least_turn * windows_ && both_ > sure * std::sqrt(said2_ * seen2_)) {
+            const double scale = both_ / said2_ * (180 / pi);
+            found_ = scale > 0.5 && scale < 2 ? is_deg_s : plausible;
+        }
+        if (windows_ >= most && !decided()) found_ = plausible;
+    }
+
+    double begin_s_ = 0, rate_s_ = 0, has_rate_ = 0, forces_ = 0, windows_ = 0;
+    double rate_[3] = {}, angle_[3] = {}, angle_before_[3] = {}; // rad, of this window and the one before
+    double force_[3] = {}, unit_[3] = {}; // sum of this window; direction in the one before
+    double strength_ = 0; // sum over windows
+    double said2_ = 0, seen2_ = 0, both_ = 0;
+    double found_ = undecided;
+};
+
+} // namespace hnav::fmu

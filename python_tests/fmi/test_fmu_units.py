@@ -1,0 +1,36 @@
+"""Samples in deg/s or in g: an FMU reads numbers without their unit, so it says in its log what gravity contradicts."""
+
+import numpy as np
+import pytest
+
+from hnav.fmi.fmus import Fmu, fmu_path
+from motion import tilted_motion
+
+SECONDS = 8
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return tilted_motion(SECONDS).recording
+
+
+def warnings(filter: str, version: int, recording, rate_scale: float, force_scale: float) -> list[str]:
+    """What is logged of units while the samples run through."""
+    with Fmu(fmu_path(filter, version)) as fmu:
+        fmu.initialise(0.0)
+        for row, t_s in enumerate(recording.t_s.tolist()):
+            for axis in range(3):
+                fmu.set(f"gyro.rate[{axis + 1}]", rate_scale * float(recording.rate_b_rad_s[row, axis]))
+                fmu.set(f"accel.force[{axis + 1}]", force_scale * float(recording.force_b_m_s2[row, axis]))
+            fmu.do_step(t_s, 0.01)
+        return [said for said in fmu.messages if "looks like" in said]
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("filter", ["Ahrs", "Hrekf", "Ins"])
+def test_each_wrong_unit_is_logged_once_with_its_cure(filter, version, recording):
+    (of_rate,) = warnings(filter, version, recording, np.degrees(1), 1)
+    assert "looks like deg/s" in of_rate and "0.0174533" in of_rate
+    (of_force,) = warnings(filter, version, recording, 1, 1 / 9.80665)
+    assert "looks like g" in of_force and "9.80665" in of_force
+    assert not warnings(filter, version, recording, 1, 1)
