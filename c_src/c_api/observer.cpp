@@ -159,6 +159,7 @@ hnav_status status_of(const Refusal& why) {
 
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const ObserverObject*>(context);
+    if (!o->plant->sizes.events) return;
     const observer::Layout& at = o->layout();
     o->filter.visit_states([&](const RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);

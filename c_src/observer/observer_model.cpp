@@ -35,7 +35,7 @@ Workspace::Workspace(Arena& arena, const Problem& p, bool smooths)
       gain(arena.doubles(3 * p.N)),
       P(arena.doubles(p.N * p.N)),
       cut(arena.doubles(p.N * p.N)),
-      branches(arena.doubles(max_branches * layout.part_numbers)),
+      branches(arena.doubles(p.sizes.events ? max_branches * layout.part_numbers : 0)),
       step_from(arena.doubles(layout.nx)),
       step_to(arena.doubles(layout.nx)),
       inside(arena.doubles(layout.nx)),

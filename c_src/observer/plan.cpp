@@ -1,5 +1,7 @@
 #include "observer/plan.hpp"
 
+#include "base/memory.hpp"
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -157,7 +159,7 @@ private:
     }
 
     const char* take_state(Words& words) {
-        if (count_[states] == max_estimated) return "there are more than 256 states";
+        if (count_[states] == max_estimated) return "there are more than 1000 states";
         const int i = count_[states]++;
         plan_.state[i] = words.reference();
         plan_.derivative[i] = words.reference();
@@ -175,7 +177,7 @@ private:
     }
 
     const char* take_unknown(Words& words) {
-        if (count_[unknowns] == max_estimated) return "there are more than 256 unknown inputs";
+        if (count_[unknowns] == max_estimated) return "there are more than 1000 unknown inputs";
         const int i = count_[unknowns]++;
         unknown_[i] = words.reference();
         row_[unknowns][i].read(words);
@@ -184,7 +186,7 @@ private:
     }
 
     const char* take_parameter(Words& words) {
-        if (count_[parameters] == max_estimated) return "there are more than 256 parameters";
+        if (count_[parameters] == max_estimated) return "there are more than 1000 parameters";
         const int i = count_[parameters]++;
         plan_.parameter[i] = words.reference();
         row_[parameters][i].read(words);
@@ -243,20 +245,26 @@ bool Plan::read(const char* folder, Refusal& why) {
         return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
     std::FILE* file = std::fopen(path, "r");
     if (!file) return why.refuse(Refusal::impossible, "%.200s cannot be read", path);
-    Reader reader(*this);
+    auto* reader = make_object<Reader>(*this); // too large for the stack of some threads
+    if (!reader) {
+        std::fclose(file);
+        return why.refuse(Refusal::plant, "no memory for a plan");
+    }
     const char* refused = nullptr;
     int number = 0;
-    while (!refused && !reader.ended() && std::fgets(line, sizeof line, file)) {
+    while (!refused && !reader->ended() && std::fgets(line, sizeof line, file)) {
         ++number;
         Words words(line);
         if (number == 1) refused = std::strcmp(line, "hnav_observer_plan 1") == 0 ? nullptr : "this is no plan of this version";
-        else refused = reader.take(words);
+        else refused = reader->take(words);
     }
     std::fclose(file);
+    const bool ended = reader->ended();
+    reader->finish();
+    destroy_object(reader);
     if (refused) return why.refuse(Refusal::impossible, "observer.plan, line %d: %s", number, refused);
-    if (!reader.ended()) return why.refuse(Refusal::impossible, "observer.plan ends before its last line, \"end\"");
+    if (!ended) return why.refuse(Refusal::impossible, "observer.plan ends before its last line, \"end\"");
     if (fmi != 2 && fmi != 3) return why.refuse(Refusal::impossible, "observer.plan: fmi is %d, not 2 or 3", fmi);
-    reader.finish();
     return true;
 }
 

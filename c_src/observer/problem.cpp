@@ -77,8 +77,11 @@ bool Problem::sizes_fit(const PlantSizes& s, Refusal& why) {
     if (s.unknown_inputs > s.inputs)
         return why.refuse(Refusal::size, "%d inputs are unknown, but there are %d", s.unknown_inputs, s.inputs);
     if (s.estimated() > max_estimated)
-        return why.refuse(Refusal::size, "states, unknown inputs and parameters are %d, the most is %d", s.estimated(),
-                          max_estimated);
+        return why.refuse(
+            Refusal::size,
+            "states, unknown inputs and parameters are %d, the most is %d: estimate fewer parameters and unknown inputs, or "
+            "export a coarser model",
+            s.estimated(), max_estimated);
     if (s.known_inputs() + s.outputs > max_channels_used)
         return why.refuse(Refusal::size, "inputs and sensors are %d, the most is %d", s.known_inputs() + s.outputs,
                           max_channels_used);

@@ -12,9 +12,9 @@
 
 namespace hnav::observer {
 
-constexpr int max_estimated = 256;
+constexpr int max_estimated = 1000; // some 500 MB
 constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
-constexpr int max_size = 1000;        // of any count
+constexpr int max_size = 2000;        // of any count
 
 // As given by the caller; null where a default applies. Widths: N, unknown inputs, known inputs, outputs.
 struct Statistics {

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from command_line import hnav as command
 from hnav.errors import HnavValueError
 from hnav.filters import observer_export
 from hnav.filters.observer import Observer
@@ -43,8 +44,15 @@ def test_150_numbers_have_their_own_moments():
 
 
 def test_beyond_the_most_a_sentence_says_so():
-    with pytest.raises(HnavValueError, match="are 257, the most is 256"):
-        Observer(decays(257))
+    with pytest.raises(HnavValueError, match="are 1001, the most is 1000: estimate fewer parameters"):
+        Observer(decays(1001))
+
+
+def test_the_command_names_the_plan_of_the_user(little_fmu, tmp_path):
+    plan = tmp_path / "mine.toml"
+    plan.write_text("[plant]\n[sensor.x]\nnoise = 0.1\n")
+    refused = command("observe", little_fmu, "--plan", plan)
+    assert refused.returncode == 2 and "mine.toml: every start_sigma is 0 and there is no noise" in refused.stderr
 
 
 def test_an_exported_observer_has_a_limit_of_its_own(little_fmu, tmp_path, monkeypatch):

@@ -85,7 +85,7 @@ def opened(folder) -> str:
         (lambda t: t.replace("sensor 0 1", "sensor -1 1"), "a number is missing or is none"),
         (lambda t: t.replace("token", "key"), "its first word is not known"),
         (lambda t: t.replace("end\n", ""), 'ends before its last line, "end"'),
-        (lambda t: t.replace("end\n", "state 0 2 nan 0 0 0 inf\n" * 260 + "end\n"), "there are more than 256 states"),
+        (lambda t: t.replace("end\n", "state 0 2 nan 0 0 0 inf\n" * 1001 + "end\n"), "there are more than 1000 states"),
         (lambda t: t.replace("identifier little", "identifier " + "x" * 900), "a text is too long"),
         (lambda t: t.replace("binaries/linux64/little.so", "binaries/none.so"), "binaries/none.so cannot be loaded"),
         (lambda t: t.replace("{little}", "{other}"), "little could not be instantiated"),

@@ -6,8 +6,8 @@ import pytest
 from checkout import TOP
 from command_line import answered
 from hnav.systems.statistics import normalised_squares
-from studies.observer import cost, events, laws, size
-from studies.observer.__main__ import cost_table, laws_table, main, size_table
+from studies.observer import bounds, cost, events, laws, size
+from studies.observer.__main__ import bounds_table, cost_table, laws_table, main, size_table
 from studies.observer.smooth import results
 
 
@@ -79,6 +79,14 @@ def test_many_states_are_measured(monkeypatch):
     assert size_table().row_count == 1
 
 
+def test_only_a_bound_keeps_a_positive_parameter_positive(monkeypatch):
+    bounded, free, unscented = bounds.results(10)
+    assert bounded.negative == 0 < min(free.negative, unscented.negative)
+    assert bounded.rms < free.rms == pytest.approx(unscented.rms, rel=0.05)
+    monkeypatch.setattr(bounds, "results", lambda: [bounded])
+    assert bounds_table().row_count == 1
+
+
 def test_a_part_that_is_none_is_refused():
     told = answered(main, "--part", "speed")
-    assert told.returncode == 2 and "choose from errors, hindsight, laws, size, cost" in told.stderr
+    assert told.returncode == 2 and "choose from errors, hindsight, laws, bounds, size, cost" in told.stderr

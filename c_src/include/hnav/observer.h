@@ -92,7 +92,7 @@ typedef struct hnav_observer_statistics {
                                    parameter itself, noise as it is at the start. Null: none */
 } hnav_observer_statistics;
 
-/* Refused, with a message that names what is wrong: sizes (SIZE; N at most 256, known inputs and sensors together at most 62),
+/* Refused, with a message that names what is wrong: sizes (SIZE; N at most 1000, known inputs and sensors together at most 62),
  * null (NULL_ARGUMENT), numbers that are not finite (NON_FINITE) or invalid (OPTION), a plant that fails at the start
  * (SOLVER), or one whose values depend on earlier calls (UNSUPPORTED). The plant is evaluated some hundred times within three sigma
  * of its start. */

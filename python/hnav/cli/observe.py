@@ -14,6 +14,7 @@ from hnav.cli.console import bar, say
 from hnav.cli.navigation import SMOOTHED
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
+from hnav.errors import HnavValueError
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_findings import findings
 from hnav.filters.observer_offsets import offsets
@@ -86,7 +87,7 @@ def command(
     watch(fmu)
     if plan is None:
         return describe_plant(fmu, prove)
-    observer = Observer(read_plan(plan, fmu))
+    observer = observer_of(plan, fmu)
     for sentence in observer.lies():
         say(sentence)
     if prove:
@@ -97,6 +98,15 @@ def command(
         say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
     if data is not None:
         use_samples(observer, data, check, tune, smooth, out, report)
+
+
+def observer_of(plan: Path, fmu: Path) -> Observer:
+    """Raises HnavValueError that names the file of the plan."""
+    known = read_plan(plan, fmu)
+    try:
+        return Observer(known)
+    except HnavValueError as error:
+        raise HnavValueError(error.status, f"{plan.name}: {error}", error.argument) from None
 
 
 def use_samples(

@@ -9,15 +9,15 @@ from rich.table import Column, Table
 
 from hnav.cli.console import show
 from studies.command import check_choices, study
-from studies.observer import cost, events, hindsight, laws, size, smooth
+from studies.observer import bounds, cost, events, hindsight, laws, size, smooth
 
 
 def command(
     runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50,
-    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws, size or cost")] = None,
+    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws, bounds, size or cost")] = None,
 ) -> None:
     """Whether the observer's sigmas are right, and what it costs."""
-    check_choices("--part", [part], ("errors", "hindsight", "laws", "size", "cost"))
+    check_choices("--part", [part], ("errors", "hindsight", "laws", "bounds", "size", "cost"))
     if part in (None, "errors"):
         show(smooth_table(runs))
         show(events_table(runs), width=120)
@@ -25,6 +25,8 @@ def command(
         show(hindsight_table(runs), width=120)
     if part in (None, "laws"):
         show(laws_table(), width=120)
+    if part in (None, "bounds"):
+        show(bounds_table())
     if part in (None, "size"):
         show(size_table())
     if part in (None, "cost"):
@@ -62,6 +64,13 @@ def laws_table() -> Table:
     table = table_of("figure", "right", *laws.KINDS)
     for law in laws.results():
         table.add_row(law.figure, law.right, *(f"{law.by_kind[kind]:.3g}" if kind in law.by_kind else "-" for kind in laws.KINDS))
+    return table
+
+
+def bounds_table() -> Table:
+    table = table_of("a loss near zero", "NEES/n", "rms error, 1/s", "estimates below 0, %")
+    for r in bounds.results():
+        table.add_row(r.filter, f"{r.nees:.3f}", f"{r.rms:.5f}", f"{100 * r.negative:.1f}")
     return table
 
 
