@@ -218,56 +218,66 @@ def difference(in_c: Filter, reference: WatchedReference) -> float:
     return float(max(np.abs(q - reference.q).max(), np.abs(b - reference.b).max(), relative.max()))
 
 
-def _refuse_difference(name: str, t_s: float, found: float, options: Options) -> None:
-    if found < TOLERANCE:
-        return
-    cure = "certify with solver=closed_form, the exact flow"
-    if options.solver == "closed_form":
-        cure = "the library rejected a sample that the reference used (outlier, stuck or saturated sensor): see hnav check"
-    raise HnavRuntimeError(
-        "solver", f"{name}: at {t_s:g} s library and reference differ by {found:.1e}, more than {TOLERANCE:g}; {cure}"
-    )
+class _SideBySide:
+    """The library and the reference over the same rows, and what the record keeps of them."""
 
+    def __init__(self, name: str, options: Options):
+        self.name, self.options = name, options
+        self.in_c, self.reference = Filter(options), WatchedReference(options)
+        self.corrections: list[Correction] = []
+        self.restarts: list[float] = []
+        self.largest, self._last_row_s = 0.0, np.inf
 
-def _advance(in_c: Filter, t_s: float, rate: np.ndarray, force: np.ndarray, magnetic: np.ndarray) -> None:
-    """One row; NaN: no sample."""
-    for push, value in ((in_c.push_gyro, rate), (in_c.push_accel, force), (in_c.push_mag, magnetic)):
-        if np.isfinite(value).all():
-            push(t_s, value)
-    in_c.advance(t_s)
+    def row(self, t_s: float, rate: np.ndarray, force: np.ndarray, magnetic: np.ndarray) -> None:
+        """NaN: no sample."""
+        for push, value in ((self.in_c.push_gyro, rate), (self.in_c.push_accel, force), (self.in_c.push_mag, magnetic)):
+            if np.isfinite(value).all():
+                push(t_s, value)
+        self.in_c.advance(t_s)
+        far_ahead, self._last_row_s = 0 < FAR_LIMITS * self.options.time_jump_limit_s < t_s - self._last_row_s, t_s
+        if not far_ahead:
+            self._follow(t_s, rate, force, magnetic)
+            if self.reference.reference is None:
+                self.reference.know_field(self.in_c)
+
+    def _follow(self, t_s: float, rate: np.ndarray, force: np.ndarray, magnetic: np.ndarray) -> None:
+        """The reference, after the library: they start together and then agree."""
+        reference = self.reference
+        last_s, was_started, reference.gain = reference.last_correction, reference.started, None
+        reference.event(t_s, rate, force, magnetic)
+        if was_started and not reference.started:
+            self.restarts.append(t_s)
+        if reference.started:
+            self._compare(t_s)
+            if reference.gain is not None:
+                self.corrections.append(reference.correction(t_s, t_s - last_s))
+                reference.forget_flow()
+        elif self.in_c.diagnostics().started:
+            reference.start_from(self.in_c, t_s)
+
+    def _compare(self, t_s: float) -> None:
+        self.largest = max(self.largest, difference(self.in_c, self.reference))
+        if self.largest < TOLERANCE:
+            return
+        cure = "certify with solver=closed_form, the exact flow"
+        if self.options.solver == "closed_form":
+            cure = "the library rejected a sample that the reference used (outlier, stuck or saturated sensor): see hnav check"
+        raise HnavRuntimeError(
+            "solver",
+            f"{self.name}: at {t_s:g} s library and reference differ by {self.largest:.1e}, more than {TOLERANCE:g}; {cure}",
+        )
 
 
 def record_gains(recording: Recording, options: Options, progress: Callable[[int, int], None] | None = None) -> GainRecord:
     """Runs both over the recording. Raises HnavError when they differ, or when there was no correction."""
     recording = recording.in_order_of_measurement()
-    in_c, reference = Filter(options), WatchedReference(options)
-    corrections: list[Correction] = []
-    restarts: list[float] = []
-    largest, last_row_s = 0.0, np.inf
+    both = _SideBySide(recording.name, options)
     n = len(recording.t_s)
     field = np.full((n, 3), np.nan) if recording.field_b_tesla is None else recording.field_b_tesla
     for i, t_s in enumerate(recording.t_s.tolist()):
-        rate, force, magnetic = recording.rate_b_rad_s[i], recording.force_b_m_s2[i], field[i]
-        _advance(in_c, t_s, rate, force, magnetic)
-        far_ahead, last_row_s = 0 < FAR_LIMITS * options.time_jump_limit_s < t_s - last_row_s, t_s
-        if far_ahead:
-            continue
-        last_s, was_started, reference.gain = reference.last_correction, reference.started, None
-        reference.event(t_s, rate, force, magnetic)
-        if was_started and not reference.started:
-            restarts.append(t_s)
-        if reference.started:
-            largest = max(largest, difference(in_c, reference))
-            _refuse_difference(recording.name, t_s, largest, options)
-            if reference.gain is not None:
-                corrections.append(reference.correction(t_s, t_s - last_s))
-                reference.forget_flow()
-        elif in_c.diagnostics().started:
-            reference.start_from(in_c, t_s)
-        if reference.reference is None:
-            reference.know_field(in_c)
+        both.row(t_s, recording.rate_b_rad_s[i], recording.force_b_m_s2[i], field[i])
         if progress and (i % 50 == 49 or i == n - 1):
             progress(i + 1, n)
-    if not corrections:
+    if not both.corrections:
         raise HnavRuntimeError("no data", f"{recording.name}: the filter made no correction")
-    return GainRecord(recording.name, corrections, largest, tuple(restarts))
+    return GainRecord(recording.name, both.corrections, both.largest, tuple(both.restarts))
