@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import recorded
+from command_line import hnav
 from hnav import Recording, read
 from hnav.io.readers import FORMATS
 from hnav.io.recordings import RecordingError
@@ -128,6 +129,40 @@ def test_times_of_a_clock_pass_midnight(tmp_path):
     (tmp_path / "night.csv").write_text("\n".join(["time,gx,gy,gz,ax,ay,az", *rows]))
     recording = read(tmp_path / "night.csv")
     np.testing.assert_allclose(recording.t_s, 86398.5 + np.arange(4))
+
+
+WRONG_CLOCKS = {
+    "one wrong stamp": (
+        lambda row, t: np.where(row == 700, 1e6, t),
+        "time stamps that do not fit their neighbours were interpolated: 1;",
+    ),
+    "set back": (
+        lambda row, t: t - 3600.0 * (row >= 700),
+        "the clock was set back once, by 3599.99 s at 6.99 s; time goes on there;",
+    ),
+    "set back twice": (
+        lambda row, t: t - 2.5 * (row >= 700) - 60.0 * (row >= 900),
+        "the clock was set back 2 times, first by 2.49 s at 6.99 s; time goes on there;",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", WRONG_CLOCKS)
+def test_a_wrong_clock_is_mended_and_reported_and_stops_nothing(tmp_path, fault):
+    spoil, note = WRONG_CLOCKS[fault]
+    body = tilted_motion(15).recording
+    path = recorded.house(tmp_path, replace(body, t_s=spoil(np.arange(len(body.t_s)), body.t_s)))
+    recording = read(path)
+    np.testing.assert_allclose(recording.t_s, body.t_s, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(recording.rate_b_rad_s, body.rate_b_rad_s)
+    checked = hnav("check", path)
+    assert checked.returncode == 1 and f"warning: time: {note}" in checked.stdout + checked.stderr
+    done = hnav("filter", path, "--out", tmp_path / "out.csv")
+    assert done.returncode == 0 and note in done.stderr
+    right = hnav("filter", recorded.house(tmp_path, body), "--out", tmp_path / "right.csv")
+    assert right.returncode == 0 and not right.stderr
+    ours, its = (pd.read_csv(tmp_path / name, comment="#") for name in ("out.csv", "right.csv"))
+    np.testing.assert_allclose(ours, its, rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("header", [

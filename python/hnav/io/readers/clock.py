@@ -60,12 +60,12 @@ def mended(t_s: np.ndarray) -> tuple[np.ndarray, str] | None:
     done = single.copy()
     done[1:] += np.cumsum(np.where(back, usual_s - np.diff(single), 0.0))
     parts = [f"{shared} rows shared a time stamp, they were spread evenly"] if shared else []
-    parts += [f"{wrong + unknown} time stamps did not fit their neighbours and were interpolated"] if wrong + unknown else []
+    parts += [f"time stamps that do not fit their neighbours were interpolated: {wrong + unknown}"] if wrong + unknown else []
     if back.any():
         first = int(np.argmax(back))
+        often = "once," if back.sum() == 1 else f"{back.sum()} times, first"
         parts.append(
-            f"the clock was set back {int(back.sum())} times, first by {single[first] - single[first + 1]:.6g} s at {single[first]:.10g} s; "
-            "time goes on there"
+            f"the clock was set back {often} by {single[first] - single[first + 1]:.6g} s at {single[first]:.10g} s; time goes on there"
         )
     return (done, MENDED + ", ".join(parts)) if (np.diff(done) > 0).all() else None
 
