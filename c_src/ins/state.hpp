@@ -6,6 +6,7 @@
 #pragma once
 
 #include "estimation/consistency.hpp"
+#include "estimation/constancy.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/glide.hpp"
@@ -129,7 +130,7 @@ struct Levelling {
 struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
     double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
-    double velocity_in_row;
+    double fitting_s, refused_s; // velocities have fitted since then, until they are refused; NaN: the last one was not
 };
 
 // Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
@@ -184,6 +185,7 @@ struct State {
     double placed_s; // since then positions have agreed, until they are refused
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     Consistency fits[2]; // of velocity and position
+    Constancy steady[7]; // of the biases and the latency
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as they came
