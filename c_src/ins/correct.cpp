@@ -357,34 +357,26 @@ void Model::turn_biases(State& s, Covariance& P) {
     vec(s.turned_b).setZero();
 }
 
-namespace {
-
-constexpr int almost_constant_rows[] = {row_gyro,      row_gyro + 1,  row_gyro + 2, row_accel,
-                                        row_accel + 1, row_accel + 2, row_latency};
-
-} // namespace
-
 Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P) {
     AlmostConstant of{};
-    for (int i = 0; i < 7; ++i) {
-        const int row = almost_constant_rows[i];
-        of.mean[i] = (i < 3 ? s.gyro_bias[i] : i < 6 ? s.accel_bias[i - 3] : s.latency) + s.mean[row];
-        of.variance[i] = P[row][row];
+    for (int i = 0; i < biases; ++i) {
+        of.mean[i] = (i < 3 ? s.gyro_bias[i] : s.accel_bias[i - 3]) + s.mean[row_gyro + i];
+        of.variance[i] = P[row_gyro + i][row_gyro + i];
     }
     return of;
 }
 
-// Biases and a latency that step, or are larger than their priors.
+// Biases that step, or are larger than their priors.
 void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
-    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3, late_s = 1; // what faults bring at the most: chosen
+    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // what faults bring at the most: chosen
     // Sigmas, chosen: 6e-5 by chance; the linearisation is coarse while the heading is unknown.
     constexpr double fine = 4, coarse = 8;
     const AlmostConstant now = almost_constant(s, P);
-    for (int i = 0; i < 7; ++i) {
-        const double largest = i < 3 ? gyro_rad_s : i < 6 ? accel_m_s2 : late_s, variance = now.variance[i];
+    for (int i = 0; i < biases; ++i) {
+        const double largest = i < 3 ? gyro_rad_s : accel_m_s2, variance = now.variance[i];
         s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
         const double more = s.steady[i].excess(variance, largest, is_free(s) ? coarse : fine);
-        if (more > 0) widen(P, almost_constant_rows[i], more);
+        if (more > 0) widen(P, row_gyro + i, more);
     }
 }
 

@@ -217,7 +217,7 @@ private:
     void apply(State& s, Covariance& P, const double* error) const;
     static void turn_biases(State& s, Covariance& P);
     struct AlmostConstant {
-        double mean[7], variance[7];
+        double mean[biases], variance[biases];
     };
     static AlmostConstant almost_constant(const State& s, const Covariance& P);
     void admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const;

@@ -55,7 +55,8 @@ enum Row : int {
     errors = 33
 };
 
-constexpr int nx = 10; // d 3, v 3, q 4
+constexpr int nx = 10;    // d 3, v 3, q 4
+constexpr int biases = 6; // of the gyroscopes and accelerometers, from row_gyro on
 
 // Column after column, i <= j: what is known without a magnetometer comes first.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
@@ -185,7 +186,7 @@ struct State {
     double placed_s; // since then positions have agreed, until they are refused
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     Consistency fits[2]; // of velocity and position
-    Constancy steady[7]; // of the biases and the latency
+    Constancy steady[biases];
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as they came

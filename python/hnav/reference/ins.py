@@ -88,12 +88,12 @@ class Constancy:
     """Whether almost constant states move by more than the information allows; c_src/estimation/constancy.hpp."""
 
     MEMORY_S, LIMIT = 20.0, 4.0
-    LARGEST = np.array([0.05] * 3 + [3.0] * 3 + [1.0])
-    """Of the gyroscope and accelerometer biases and the latency, in rad/s, m/s2 and s."""
-    ROWS = np.array([9, 10, 11, 12, 13, 14, LATENCY])
+    LARGEST = np.array([0.05] * 3 + [3.0] * 3)
+    """Of the gyroscope and accelerometer biases, in rad/s and m/s2."""
+    ROWS = np.arange(9, 15)
 
     def __init__(self) -> None:
-        self.moved, self.due2 = np.zeros(7), np.zeros(7)
+        self.moved, self.due2 = np.zeros(6), np.zeros(6)
 
     def excess(self, change: Array, taken: Array, variance: Array, interval_s: float) -> Array:
         """After a correction that changed the states, and took so much of their variance: the variance that they have more."""
@@ -101,7 +101,7 @@ class Constancy:
         self.moved = kept * self.moved + change
         self.due2 = kept**2 * self.due2 + np.maximum(0, taken)
         found = (self.moved**2 > self.LIMIT**2 * self.due2) & (self.LARGEST**2 * self.due2 > variance**2)
-        step = np.divide(variance * self.moved, self.due2, out=np.zeros(7), where=found)
+        step = np.divide(variance * self.moved, self.due2, out=np.zeros(6), where=found)
         self.moved, self.due2 = np.where(found, 0, self.moved), np.where(found, 0, self.due2)
         more: Array = np.where(found, np.clip(self.LARGEST**2 - variance, 0, step**2), 0)
         return more
@@ -382,7 +382,7 @@ class InsReference:
 
     def almost_constant(self) -> Array:
         """The states of Constancy."""
-        return np.concatenate([self.gyro_bias, self.accel_bias, [self.latency]])
+        return np.concatenate([self.gyro_bias, self.accel_bias])
 
     def turn_biases(self) -> None:
         """What is known of them stays in the axes T while corrections turn the attitude."""
