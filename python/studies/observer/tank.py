@@ -65,10 +65,15 @@ def emptied(seed: int) -> tuple[Array, Array]:
     return np.array(levels), np.array(levels) + NOISE * rng.normal(size=len(T_S))
 
 
+def inflow() -> Array:
+    """An input holds from its sample on."""
+    return np.append(INFLOW[1:], INFLOW[-1])
+
+
 def followed(observer: Observer, y: Array) -> tuple[Array, Array]:
     """Rows of estimate, sigma and ready, and of intervals held and instants dropped so far."""
     rows, counts = list[tuple[float, float, bool]](), list[tuple[int, int]]()
-    for t, q, sample in zip(T_S, np.append(INFLOW[1:], INFLOW[-1]), y):  # an input holds from its sample on
+    for t, q, sample in zip(T_S, inflow(), y):
         observer.push_input("q", t, q)
         observer.push("h", t, sample)
         observer.advance(t)
