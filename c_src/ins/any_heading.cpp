@@ -239,6 +239,7 @@ void Model::collapse(State& s, Covariance& P) const {
     s.u[1] = 0;
     s.phase = Phase::navigating;
     for (Consistency& fit : s.fits) fit.begin(fit.noise);
+    for (Constancy& one : s.steady) one = {};
     vec(s.earth_rate) = mat(s.axes).transpose() * Vector3(0, 0, earth::rate_rad_s);
     put_gravity(s);
 }
@@ -279,7 +280,7 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     s.told = {};
     s.placed_s = event.t_s;
     s.gates = {};
-    s.gates.velocity_s = s.gates.position_s = nan;
+    s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
     for (const int channel : {velocity, position}) {
         s.refused_in_row[channel] = 0;
         s.refused_since_s[channel] = nan;
@@ -295,19 +296,23 @@ bool Model::is_likely(const State& s, double off_m_s, double sigma_m_s, double s
     return !(std::fabs(off_m_s) > 6 * std::sqrt(noise2) + unmodelled_m_s2 * since_s);
 }
 
-// A velocity that shows to be wrong without a heading: by the length of what was gained. Four in a row are believed.
+// A velocity that shows to be wrong without a heading: by the length of what was gained. Of velocities that contradict each other those are
+// wrong that lasted for less.
 bool Model::velocity_fits(State& s, const Event& event) const {
-    constexpr double believed = 4;
     const double* z = event.value[velocity];
     FreeGates& g = s.gates;
+    if (std::isnan(g.velocity_s)) g.fitting_s = event.t_s;
     const bool fits = is_likely(s, (vec(z) - vec(g.velocity)).head<2>().norm() - vec(g.gained).head<2>().norm(), z[3],
                                 event.t_s - g.velocity_s);
-    g.velocity_in_row = fits ? 0 : g.velocity_in_row + 1;
-    if (!fits && g.velocity_in_row < believed) return false;
+    if (!fits) {
+        if (std::isnan(g.refused_s)) g.refused_s = event.t_s;
+        if (event.t_s - g.refused_s < g.refused_s - g.fitting_s) return false;
+        g.fitting_s = g.refused_s;
+    }
     vec(g.velocity) = vec(z);
     vec(g.gained).setZero();
     g.velocity_s = event.t_s;
-    g.velocity_in_row = 0;
+    g.refused_s = nan;
     return true;
 }
 
@@ -316,15 +321,20 @@ bool Model::position_jumped(State& s, const Event& event) const {
     const double* z = event.value[position];
     FreeGates& g = s.gates;
     // 4 m/s2, which no vehicle has for long, and a position that is late by five sigmas of the latency, are no jump.
-    constexpr double half_acceleration_m_s2 = 2, latencies = 5, fresh_s = 1.1;
-    const double since_s = event.t_s - g.position_s, sigmas = 6 * z[3];
+    constexpr double half_acceleration_m_s2 = 2, latencies = 5;
+    const double sigma = z[3] * std::sqrt(s.fit(position).noise), sigmas = 6 * sigma;
+    const double since_s = event.t_s - g.position_s, changes_s = since_s + 2 * (event.t_s - g.velocity_s);
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    const double moved_m = half_acceleration_m_s2 * since_s * since_s + latencies * options_.start_sigma_latency_s * since_s;
-    if (is_within(event.t_s - g.velocity_s, fresh_s) && off.head<2>().norm() > sigmas + moved_m) vec(g.jump) += off;
+    const double moved_m = (half_acceleration_m_s2 * changes_s + latencies * options_.start_sigma_latency_s) * since_s;
+    if (off.head<2>().norm() > sigmas + moved_m) vec(g.jump) += off;
     vec(g.position) = now;
     g.position_s = event.t_s;
-    if (vec(g.jump).head<2>().norm() > sigmas) return true;
+    if (vec(g.jump).head<2>().norm() > sigmas) {
+        const double variance[] = {sigma * sigma, sigma * sigma};
+        s.fit(position).note(g.jump, variance, 2, true, true, event.t_s);
+        return true;
+    }
     vec(g.jump).setZero();
     return false;
 }

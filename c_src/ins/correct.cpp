@@ -135,13 +135,13 @@ double Model::misfit(const State& s, double now_s) const {
     constexpr double fastest = 4, grows_s = 1, lasts_s = 2;
     // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
     // an unknown bias of the accelerometers, have a mean too: it counts by this part.
-    constexpr double begins = 20, ends = 3, long_part = 0.25;
+    constexpr double begins = 20, coarse = 40, ends = 3, long_part = 0.25;
     const bool by_velocity = judges_velocity(s, now_s);
     const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
-    // Without a heading that is claimed there is nothing to take back, and the linearisation is coarse.
-    if (!doubted && !has_passed(now_s - s.heading_since_s, options_.ready_hold_s)) return 1;
+    // The linearisation is coarse until a heading is claimed.
+    const bool claimed = has_passed(now_s - s.heading_since_s, options_.ready_hold_s);
     const Consistency& fit = s.fit(by_velocity ? velocity : position);
-    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : begins);
+    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : claimed ? begins : coarse);
     if (misfit > 1) return std::fmin(fastest, misfit);
     // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
     const bool swallows =
@@ -357,6 +357,29 @@ void Model::turn_biases(State& s, Covariance& P) {
     vec(s.turned_b).setZero();
 }
 
+Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P) {
+    AlmostConstant of{};
+    for (int i = 0; i < biases; ++i) {
+        of.mean[i] = (i < 3 ? s.gyro_bias[i] : s.accel_bias[i - 3]) + s.mean[row_gyro + i];
+        of.variance[i] = P[row_gyro + i][row_gyro + i];
+    }
+    return of;
+}
+
+// Biases that step, or are larger than their priors.
+void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
+    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // what faults bring at the most: chosen
+    // Sigmas, chosen: 6e-5 by chance; the linearisation is coarse while the heading is unknown.
+    constexpr double fine = 4, coarse = 8;
+    const AlmostConstant now = almost_constant(s, P);
+    for (int i = 0; i < biases; ++i) {
+        const double largest = i < 3 ? gyro_rad_s : accel_m_s2, variance = now.variance[i];
+        s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
+        const double more = s.steady[i].excess(variance, largest, is_free(s) ? coarse : fine);
+        if (more > 0) widen(P, row_gyro + i, more);
+    }
+}
+
 // Since when the sigma of the heading has been below its limit.
 void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
@@ -389,6 +412,9 @@ void Model::correct(State& s, const Event& event) const {
     admit_learnt_noise(s, P);
     admit_drift(s, P);
     doubt(s, P, event.t_s);
+    const AlmostConstant before = almost_constant(s, P);
+    const Phase phase = s.phase;
+    const double since_s = event.t_s - s.last_correction_s;
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);
@@ -399,6 +425,7 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);
     if (sees_field) correct_field(s, P, event);
+    if (s.phase == phase) admit_steps(s, P, before, since_s);
     turn_biases(s, P);
     if (!is_free(s)) move_anchor(s, P);
     s.last_correction_s = event.t_s;

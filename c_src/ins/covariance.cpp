@@ -42,13 +42,25 @@ void Model::note_mean_force(State& s, const Vector3& force, double interval_s) c
     s.mean_force2 += T / (memory_s + T) * (vec(s.in_t.mean_force).head<2>().squaredNorm() - s.mean_force2);
 }
 
+namespace {
+
+// An axis that is stuck or saturated shows no force by which a wrong attitude would show in the velocity.
+Vector3 shown_force(const State& s) {
+    Vector3 force = specific_force(s);
+    for (int i = 0; i < 3; ++i)
+        if (s.check[checked_accel].is_at_fault(i)) force[i] = 0;
+    return force;
+}
+
+} // namespace
+
 // The interval that has just been crossed, at its middle.
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
     Window& w = s.window;
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
-    const Vector3 raw = R * specific_force(s);
+    const Vector3 raw = R * shown_force(s);
     note_mean_force(s, raw, T);
     const Vector3 f = moving_force(s, raw, options_.correction_interval_s), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);

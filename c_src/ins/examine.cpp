@@ -26,8 +26,8 @@ bool Model::has_gone(const State& s, double now_s) {
 }
 
 // A position that is the last one bit for bit is stale where the velocity repeated with it is none of a body that stands, or where the body
-// goes: a receiver or a logger repeats both. A velocity alone may be constant.
-void Model::note_stale(State& s, const Event& event) {
+// goes, or is elsewhere: a receiver or a logger repeats both, or has none. A velocity alone may be constant.
+void Model::note_stale(State& s, const Event& event, bool elsewhere) {
     bool equal[2] = {};
     for (const int channel : {velocity, position}) {
         double* last = s.fix[channel - velocity];
@@ -42,7 +42,8 @@ void Model::note_stale(State& s, const Event& event) {
         return;
     }
     const bool stands = !equal[0] || vec(s.fix[0]).head<2>().isZero(0);
-    if (s.phase != Phase::navigating || (stands && !has_gone(s, event.t_s))) return;
+    if (elsewhere) note_refusal(s, position, true, event.t_s);
+    else if (s.phase != Phase::navigating || (stands && !has_gone(s, event.t_s))) return;
     s.rejected |= std::uint64_t{1} << position;
     if (equal[0]) s.rejected |= std::uint64_t{1} << velocity;
 }
@@ -51,10 +52,13 @@ void Model::note_stale(State& s, const Event& event) {
 // wrong.
 bool Model::is_elsewhere(const State& s, const Event& event) const {
     constexpr double far_m = 5e3; // chosen: above every error of a receiver that has a fix
-    if (s.phase != Phase::navigating || !s.has(event, position)) return false;
+    if (!s.started() || !s.has(event, position)) return false;
     const double* p = event.value[position];
+    // While the heading is unknown so is the direction of the displacement.
+    const double turned2 = is_free(s) ? 4 * vec(s.x).squaredNorm() : 0;
     const Vector3 off = earth::position_of({p[0], p[1], p[2]}) - vec(s.anchor_e) - mat(s.axes) * (vec(s.x) + vec(s.in_t.colour));
-    return off.squaredNorm() > square(far_m) + larger_variance(s, row_d) && !outlasts(s, position, off.norm(), event.t_s);
+    return off.squaredNorm() > square(far_m) + larger_variance(s, row_d) + turned2 &&
+           !outlasts(s, position, off.norm(), event.t_s);
 }
 
 // Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as

@@ -99,8 +99,9 @@ void Model::hold(State& s, const Event& event) const {
 
 void Model::before_flow(State& s, const Event& event) const {
     examine(s, event);
-    note_stale(s, event);
-    if (is_elsewhere(s, event)) s.contradiction.verdict = Contradiction::velocity_wrong;
+    const bool elsewhere = is_elsewhere(s, event);
+    if (elsewhere) s.contradiction.verdict = Contradiction::velocity_wrong;
+    note_stale(s, event, elsewhere);
     s.gap_too_long = has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s) && std::isfinite(s.last_s[imu]);
     if (!holds_backward(options_) || !has_new(s, event, imu)) return;
     // Events of aids since the last sample went on under that one; the new one stands for their interval too.

@@ -119,7 +119,7 @@ private:
     // examine.cpp
     void examine(State& s, const Event& event) const;
     bool moves(const State& s) const;
-    static void note_stale(State& s, const Event& event);
+    static void note_stale(State& s, const Event& event, bool elsewhere);
     static bool has_gone(const State& s, double now_s);
     bool is_elsewhere(const State& s, const Event& event) const;
     void note_lost(State& s, double t_s, double interval_s) const;
@@ -216,6 +216,11 @@ private:
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
     static void turn_biases(State& s, Covariance& P);
+    struct AlmostConstant {
+        double mean[biases], variance[biases];
+    };
+    static AlmostConstant almost_constant(const State& s, const Covariance& P);
+    void admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const;
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
     static void note_strain(State& s, int channel, double nis, double now_s);
     void begin_anew_if_wrong(State& s, double now_s) const;

@@ -50,10 +50,11 @@ void Model::begin_levelling(State& s) const {
     s.levelling.began_s = s.levelling.since_s = s.levelling.first_velocity_s = nan;
     s.phase = std::isfinite(s.last_s[imu]) ? Phase::levelling : Phase::waiting;
     s.gates = {};
-    s.gates.velocity_s = s.gates.position_s = nan;
+    s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
     s.rest = {};
     s.heading_since_s = s.strained_since_s = nan;
     for (Consistency& fit : s.fits) fit.begin(fit.noise);
+    for (Constancy& one : s.steady) one = {};
     s.contradiction.begin();
     s.strain = 1;
     for (int c = 0; c < channel_count; ++c) {
@@ -318,7 +319,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.phase = state_given(options_) ? Phase::navigating : Phase::any_heading;
     if (event.has(velocity)) {
         // The second one may lie far off, when nothing else is known yet.
-        s.gates.velocity_s = event.t_s;
+        s.gates.velocity_s = s.gates.fitting_s = event.t_s;
         vec(s.gates.velocity) = vec(event.value[velocity]);
     }
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;

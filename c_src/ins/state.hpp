@@ -6,6 +6,7 @@
 #pragma once
 
 #include "estimation/consistency.hpp"
+#include "estimation/constancy.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/glide.hpp"
@@ -54,7 +55,8 @@ enum Row : int {
     errors = 33
 };
 
-constexpr int nx = 10; // d 3, v 3, q 4
+constexpr int nx = 10;    // d 3, v 3, q 4
+constexpr int biases = 6; // of the gyroscopes and accelerometers, from row_gyro on
 
 // Column after column, i <= j: what is known without a magnetometer comes first.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
@@ -129,7 +131,7 @@ struct Levelling {
 struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
     double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
-    double velocity_in_row;
+    double fitting_s, refused_s; // velocities have fitted since then, until they are refused; NaN: the last one was not
 };
 
 // Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
@@ -184,6 +186,7 @@ struct State {
     double placed_s; // since then positions have agreed, until they are refused
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
     Consistency fits[2]; // of velocity and position
+    Constancy steady[biases];
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as they came

@@ -296,7 +296,8 @@ TEST(Ahrs, AVelocityThatNoLongerCountsGoesOnUnlessARestHasEndedIt) {
         double released2 = 0;
         for (int k = 0; k < 30; ++k) {
             if (rests) motion.settle(g, T);
-            else for (double& p : motion.power) p *= 0.9;
+            else
+                for (double& p : motion.power) p *= 0.9;
             for (double& n : motion.now) n *= 0.9;
             released2 += motion.uncount();
         }

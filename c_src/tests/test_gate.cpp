@@ -1,5 +1,6 @@
 // Laws of gates, of consistency and of readiness.
 #include "estimation/consistency.hpp"
+#include "estimation/constancy.hpp"
 #include "estimation/gate.hpp"
 #include "estimation/readiness.hpp"
 
@@ -35,6 +36,32 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
         fit.note(r, variance, 3, gated, false, i * interval_s);
     }
     return fit;
+}
+
+// A scalar of sigma 0.1 that is measured with sigma 1 every 0.2 s for a minute, and steps; answers what is found, the largest.
+double found_of(double step, double largest) {
+    std::mt19937_64 engine(3);
+    std::normal_distribution<double> normal;
+    Constancy steady{};
+    double mean = 0, variance = 0.01, found = 0;
+    for (int i = 0; i < 300; ++i) {
+        const double truth = i < 150 ? 0 : step, gain = variance / (variance + 1);
+        const double change = gain * (truth + normal(engine) - mean), taken = gain * variance;
+        mean += change;
+        variance -= taken;
+        steady.note(change, taken, 0.2);
+        const double more = steady.excess(variance, largest, 4);
+        variance += more;
+        found = std::fmax(found, more);
+    }
+    return found;
+}
+
+TEST(Constancy, AStateThatIsConstantIsLeftAloneAndAStepHasItsSize) {
+    EXPECT_EQ(found_of(0, 100), 0);
+    EXPECT_NEAR(std::sqrt(found_of(3, 100)), 3, 1.5);
+    EXPECT_LE(found_of(3, 1.0), 1); // no step is larger
+    EXPECT_EQ(found_of(3, 0.1), 0);
 }
 
 TEST(Consistency, InnovationsAsPredictedChangeNothing) {

@@ -727,6 +727,45 @@ TEST(InsFaults, AnAxisThatIsStuckCostsCertaintyAboutItAndNoneIsClaimed) {
     EXPECT_FALSE(run.shown().heading_ready);
 }
 
+// The force that is false would make a wrong heading look observable: lateral velocity over the gain along the axis.
+TEST(InsFaults, ASaturatedAccelerometerTellsNothingOfTheHeading) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    test::Random random(4);
+    double sigma[2] = {};
+    for (const bool saturated : {false, true}) {
+        Flight run(guarded());
+        drive(run, truth, 42, [&](ins::Sample& sample) {
+            if (sample.channel != imu) return;
+            for (int i = 0; i < 6; ++i) sample.value[i] += random.normal(1e-3);
+            if (saturated && sample.t_s > 40 && sample.t_s < 41) sample.value[3] = 157;
+        });
+        sigma[saturated] = run.shown().sigma_rotation[2];
+    }
+    EXPECT_GT(sigma[1], 0.7 * sigma[0]); // some samples pass before it is found
+}
+
+// A receiver without a fix repeats zeros.
+TEST(InsFaults, FixesFromNowhereAreLeftOutWithTheirVelocities) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight run(guarded());
+    drive(run, truth, 60, [&](ins::Sample& sample) {
+        if (sample.t_s < 40 || (sample.channel != velocity && sample.channel != position)) return;
+        for (int i = 0; i < 3; ++i) sample.value[i] = 0;
+    });
+    EXPECT_EQ(run.filter.newest().times_lost, 0u);
+    EXPECT_LT((run.shown().position_e - truth.position_e(60)).norm(), 10);
+}
+
+TEST(InsFaults, AStepOfABiasIsFound) {
+    const Truth truth = winding({0.8, 0.2, 100}, 1);
+    Flight run(guarded());
+    drive(run, truth, 140, [&](ins::Sample& sample) {
+        if (sample.channel == imu && sample.t_s > 40) sample.value[3] += 1;
+    });
+    EXPECT_NEAR(run.filter.newest().accel_bias[0], 1, 0.1);
+    EXPECT_LT(rotation_error(run, truth, 140), 2 * deg);
+}
+
 // ------------------------------------------------------------------------------------------------ what hybrid filters promise
 
 // Every phase is passed: waiting, levelling, any heading, navigating, and a change of the anchor.

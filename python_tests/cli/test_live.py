@@ -509,4 +509,7 @@ def test_lines_without_a_sensor_end_in_one_line(tmp_path):
     text.write_text("t_s,gx,gy,gz,mx,my,mz\n0,1,2,3,4,5,6\n")
     with text.open() as stdin, session(tmp_path, "-", stdin=stdin) as live:
         assert live.process.wait(timeout=DEADLINE_S) == 2
-    assert "the column ax is missing" in live.said and "nothing of the accel: record gyroscope and accelerometer together" in live.said
+    assert (
+        "the column ax is missing" in live.said
+        and "nothing of the accel: record gyroscope and accelerometer together" in live.said
+    )
