@@ -135,7 +135,7 @@ def test_its_saved_states_cannot_leave_it_and_it_says_the_cure(keeping):
         run(fmu, 0, 15)
         take, to_bytes, _, put = state_calls(fmu)
         state = take()
-        with pytest.raises(HnavError, match="export it with canSerializeFMUstate, and the observer anew"):
+        with pytest.raises(HnavError, match="export it with canSerializeFMUstate, and the observer again"):
             fmu.call(to_bytes, state)
         expected = run(fmu, 15, 20)
         fmu.call(put, state)

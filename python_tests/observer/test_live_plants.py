@@ -27,11 +27,9 @@ def lonely(lonely_binary, tmp_path, request):
     return packed(tmp_path / "lonely.fmu", lonely_binary, request.param)
 
 
-def plan_of(fmu) -> hnav.Plan:
-    plan = (
-        hnav.Plan(fmu).sensor("h", noise=NOISE).state("h", start=30.0, start_sigma=0.1).state("v", start=0.0, start_sigma=V_SIGMA)
-    )
-    return plan.set("mode", MODES.index("switches"))
+def plan_of(fmu, mode: str = "switches", h: float = 30.0, v_sigma: float = V_SIGMA) -> hnav.Plan:
+    plan = hnav.Plan(fmu).sensor("h", noise=NOISE).state("h", start=h, start_sigma=0.1).state("v", start=0.0, start_sigma=v_sigma)
+    return plan.set("mode", MODES.index(mode))
 
 
 def truth(h: float, v: float):
@@ -43,19 +41,34 @@ def truth(h: float, v: float):
     )
 
 
-def nees(observer_of, seeds: int) -> float:
+def bounced(h: float, v: float):
+    """A ball that comes back from the floor with 0.7 of its speed."""
+    rows, t_0 = [], 0.0
+    for t in T_S[:28]:
+        while t > (hit := t_0 + (v + np.sqrt(v * v + 2 * 9.81 * h)) / 9.81):
+            t_0, h, v = hit, 0.0, 0.7 * (9.81 * (hit - t_0) - v)
+        rows.append((h + v * (t - t_0) - 4.905 * (t - t_0) ** 2, v - 9.81 * (t - t_0)))
+    return np.array(rows).T
+
+
+def nees(plan: hnav.Plan, moved, seeds: int) -> float:
+    """At the last sample."""
     squares = []
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
-        h, v = truth(30 + 0.1 * rng.normal(), V_SIGMA * rng.normal())
-        run = observer_of().run(T_S, {"h": h + NOISE * rng.normal(size=len(T_S))})
+        h, v = moved(*(plan.states[name].start + plan.states[name].start_sigma * rng.normal() for name in ("h", "v")))
+        run = Observer(plan).run(T_S[: len(h)], {"h": h + NOISE * rng.normal(size=len(h))})
         error = np.array([run.x["h"][-1] - h[-1], run.x["v"][-1] - v[-1]])
         squares.append(error @ np.linalg.solve(run.covariance[-1], error) / 2)
     return float(np.mean(squares))
 
 
 def test_the_proof_leaves_no_second_instance_behind(lonely):
-    assert 0.8 < nees(lambda: Observer(plan_of(lonely)), 60) < 1.3
+    assert 0.8 < nees(plan_of(lonely), truth, 60) < 1.3
+
+
+def test_a_bounce_is_passed_with_the_error_that_is_stated(lonely):
+    assert 0.8 < nees(plan_of(lonely, "sound", h=1.0, v_sigma=0.3), bounced, 60) < 1.3
 
 
 def test_observers_of_one_fmu_share_nothing_that_is_static_in_its_library(lonely, monkeypatch):

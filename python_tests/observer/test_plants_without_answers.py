@@ -10,56 +10,16 @@ import pytest
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
-
-DT, NOISE, DRIVE = 0.5, 0.02, 0.01
-T_S = np.arange(DT, 120.5, DT)
-INFLOW = np.where((T_S > 40) & (T_S < 70), 0.0, 0.3)  # the tank runs empty, and is filled again
+from studies.observer import tank
 
 
-def tank() -> Plant:
-    """h' = q - 0.15 sqrt(h), which has no answer below 0."""
-    return Plant(
-        states={"h": 1.0}, inputs={"q": 0.3}, sensors=["h"],
-        derivatives=lambda t, x, u, p: [u[0] - 0.15 * (math.sqrt(x[0]) if x[0] >= 0 else math.nan)],
-        outputs=lambda t, x, u, p: [x[0]],
-    )  # fmt: skip
-
-
-def emptied(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Truth and samples."""
-    rng = np.random.default_rng(seed)
-    h, steps, levels = max(1 + 0.3 * rng.normal(), 0.05), 50, []
-    for q in INFLOW:
-        for _ in range(steps):
-            h += DT / steps * (q - 0.15 * math.sqrt(h)) + DRIVE * math.sqrt(DT / steps) * rng.normal()
-            h = max(h, 0.0)
-        levels.append(h)
-    return np.array(levels), np.array(levels) + NOISE * rng.normal(size=len(T_S))
-
-
-def plan(**bounds: float) -> Plan:
-    return Plan(tank()).sensor("h", noise=NOISE).input("q").state("h", start_sigma=0.3, noise=DRIVE, **bounds)
-
-
-def inflow() -> np.ndarray:
-    """An input holds from its sample on."""
-    return np.append(INFLOW[1:], INFLOW[-1])
-
-
-@pytest.mark.parametrize("bounds", [{}, {"min": 0.0}], ids=["free", "bounded"])
-def test_a_tank_that_runs_empty_is_estimated_when_it_is_full_again(bounds):
-    good, squares, runs = 0, [], 40 if bounds else 8
-    for seed in range(runs):
-        h, y = emptied(seed)
-        run = Observer(plan(**bounds)).run(T_S, {"h": y}, {"q": inflow()})
-        late = T_S > 75
-        error = np.abs(run.x["h"] - h)[late] / run.sigma["h"][late]
-        good += bool(np.mean(error < 3) > 0.95)
-        squares.append(np.mean(error**2))
-        assert run.dropped == 0
-        assert not bounds or (run.held == 0 and (run.x["h"] >= 0).all())
-    assert good >= 0.95 * runs
-    assert 0.8 < np.mean(squares) < 1.3
+@pytest.mark.parametrize(("runs", "bounds"), [(4, {}), (40, {"min": 0.0})], ids=["free", "bounded"])
+def test_a_tank_that_runs_empty_is_estimated_when_it_is_full_again(runs, bounds):
+    result = tank.measured("", runs, **bounds)
+    assert result.found >= 0.95 * runs and 0.8 < result.nees < 1.3
+    assert result.dropped == 0 and result.ready_meanwhile == 0 and result.ready > 0.9
+    assert (result.held > 0) != bool(bounds)
+    assert not bounds or result.negative == 0
 
 
 def gap() -> Plant:

@@ -17,9 +17,7 @@ from observer.test_bounds import T_S as DAYS
 from observer.test_bounds import room
 from observer.test_bounds import samples as temperatures
 from observer.test_fmu_plants import T_S, little_plan, samples
-from observer.test_plants_without_answers import T_S as TANK_S
-from observer.test_plants_without_answers import emptied, inflow
-from observer.test_plants_without_answers import plan as tank_plan
+from studies.observer import tank
 from studies.observer.events import cases, plan_of, truth_and_samples
 
 A = np.array([[0, 1, 0], [-4, -0.3, 0], [0.2, 0, -0.2]])
@@ -180,9 +178,9 @@ def test_plants_with_events(case):
 def test_a_tank_that_runs_empty(bounds):
     made: dict[bool, list] = {False: [], True: []}
     for seed in range(10):
-        h, y = emptied(seed)
+        h, y = tank.emptied(seed)
         for smooth, runs in made.items():
-            runs.append((h[:, None], Observer(tank_plan(**bounds)).run(TANK_S, {"h": y}, {"q": inflow()}, smooth=smooth)))
+            runs.append((h[:, None], Observer(tank.plan(**bounds)).run(tank.T_S, {"h": y}, {"q": tank.inflow()}, smooth=smooth)))
     compare(made[False], made[True], 0.9)
     assert all((run.x["h"] >= 0).all() for _, run in made[True]) or not bounds
     assert [run.held for _, run in made[True]] == [run.held for _, run in made[False]]

@@ -6,8 +6,8 @@ import pytest
 from checkout import TOP
 from command_line import answered
 from hnav.systems.statistics import normalised_squares
-from studies.observer import bounds, cost, events, laws, size
-from studies.observer.__main__ import bounds_table, cost_table, laws_table, main, size_table
+from studies.observer import bounds, cost, events, laws, size, tank
+from studies.observer.__main__ import bounds_table, cost_table, laws_table, main, size_table, tank_table
 from studies.observer.smooth import results
 
 
@@ -89,4 +89,11 @@ def test_only_a_bound_keeps_a_positive_parameter_positive(monkeypatch):
 
 def test_a_part_that_is_none_is_refused():
     told = answered(main, "--part", "speed")
-    assert told.returncode == 2 and "choose from errors, hindsight, laws, bounds, size, cost" in told.stderr
+    assert told.returncode == 2 and "choose from errors, hindsight, laws, tank, bounds, size, cost" in told.stderr
+
+
+def test_a_tank_is_told(monkeypatch):
+    (result,) = tank.results(1)[1:]
+    assert (result.plan, result.runs, result.found, result.held, result.dropped) == ("min = 0", 1, 1, 0, 0)
+    monkeypatch.setattr(tank, "results", lambda: [result])
+    assert tank_table().row_count == 1

@@ -3,9 +3,10 @@
     tuned = tune(plan, t_s, {"x": y})
     tuned.plan, tuned.offsets, tuned.undetermined, tuned.ahead_nis
 
-Fisher scoring on the likelihood of the innovations: each row of samples has a score, the difference of two runs of the filter, and the scores
-give gradient and information together. The logarithms of the noises have a wide Gaussian around the plan's, so that a noise that the samples do
-not determine stays there. The likelihood determines how large noises are; prediction over several samples and white innovations say whether the model is right.
+L-BFGS on the likelihood of the innovations, from the noises of the plan to the maximum next to them: a larger one far away may explain by one
+noise what the plan means another for. The logarithms of the noises have a wide Gaussian around the plan's, so that a noise that the samples do
+not determine stays there. The likelihood determines how large noises are; prediction over several samples and white innovations say whether the
+model is right.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import minimize
 
 from hnav.errors import HnavError, HnavValueError
 from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
@@ -30,9 +33,8 @@ _CHANCE = 4.0  # sigmas of a correlation
 _RANGE = math.log(1e4)  # of a factor
 _PRIOR = math.log(10)  # sigma of the logarithm of a factor, before the samples
 _STEP = 0.01  # of a logarithm, for differences
-_LONGEST = math.log(10)  # change of a logarithm at once
 _ENOUGH = 0.05  # nats, about: what a further step has to bring
-_ITERATIONS, _HALVES, _ROUNDS = 20, 6, 3
+_ITERATIONS, _ROUNDS = 60, 3
 _UNDETERMINED = 0.35  # sigma of a logarithm: half or twice of the noise costs less than 2 nats
 
 
@@ -131,46 +133,21 @@ def _most_likely(
     run_at: Callable[[Array], ObserverRun | None], logs: Array, run: ObserverRun
 ) -> tuple[Array, ObserverRun, Array]:  # fmt: skip
     """Logarithms of the factors, their run and the information about them."""
-    gradient, information = _score(run_at, logs, run)
-    for _ in range(_ITERATIONS):
-        step = np.asarray(np.linalg.solve(information, gradient), float)
-        step = step * min(1.0, _LONGEST / float(np.abs(step).max()))
-        if 0.5 * gradient @ step < _ENOUGH:
-            break
-        better = _go(run_at, logs, step, _posterior(run, logs))
-        if better is None:
-            break
-        logs, run = better
-        gradient, information = _score(run_at, logs, run)
-    return logs, run, information
+    # What has no likelihood is far less likely than the beginning.
+    worst, best = _posterior(run, logs) - 1e6, (logs, run)
 
+    def unlikely(at: Array) -> tuple[float, Array]:
+        nonlocal best
+        tried = run_at(at)
+        if tried is None:
+            return -worst, np.zeros(len(at))
+        if _posterior(tried, at) > _posterior(best[1], best[0]):
+            best = at.copy(), tried
+        return -_posterior(tried, at), -_score(run_at, at, tried)[0]
 
-def _go(
-    run_at: Callable[[Array], ObserverRun | None], logs: Array, step: Array, present: float
-) -> tuple[Array, ObserverRun] | None:
-    """A step, a part of it or several of it, whatever is more likely; None: nothing is."""
-    found = None
-    for half in range(_HALVES):
-        found = _if_better(run_at, logs + 0.5**half * step, present)
-        if found is not None:
-            break
-    # Where innovations are large the information is rough, and steps are short.
-    length = float(np.abs(step).max())
-    while found is not None and half == 0 and 2 * length < _LONGEST:
-        length, step = 2 * length, 2 * step
-        longer = _if_better(run_at, logs + step, _posterior(found[1], found[0]))
-        if longer is None:
-            break
-        found = longer
-    return found
-
-
-def _if_better(
-    run_at: Callable[[Array], ObserverRun | None], logs: Array, than: float
-) -> tuple[Array, ObserverRun] | None:  # fmt: skip
-    moved = np.clip(logs, -_RANGE, _RANGE)
-    run = run_at(moved)
-    return (moved, run) if run is not None and _posterior(run, moved) > than else None
+    stop: Any = {"ftol": _ENOUGH / max(int(np.isfinite(run.log_likelihood).sum()), 1), "maxiter": _ITERATIONS}
+    minimize(unlikely, logs, jac=True, method="L-BFGS-B", bounds=[(-_RANGE, _RANGE)] * len(logs), options=stop)
+    return *best, _score(run_at, *best)[1]
 
 
 def _score(run_at: Callable[[Array], ObserverRun | None], logs: Array, run: ObserverRun) -> tuple[Array, Array]:

@@ -9,15 +9,15 @@ from rich.table import Column, Table
 
 from hnav.cli.console import show
 from studies.command import check_choices, study
-from studies.observer import bounds, cost, events, hindsight, laws, size, smooth
+from studies.observer import bounds, cost, events, hindsight, laws, size, smooth, tank
 
 
 def command(
     runs: Annotated[int, typer.Option(min=1, help="Of each plant")] = 50,
-    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws, bounds, size or cost")] = None,
+    part: Annotated[str | None, typer.Option(help="errors, hindsight, laws, tank, bounds, size or cost")] = None,
 ) -> None:
     """Whether the observer's sigmas are right, and what it costs."""
-    check_choices("--part", [part], ("errors", "hindsight", "laws", "bounds", "size", "cost"))
+    check_choices("--part", [part], ("errors", "hindsight", "laws", "tank", "bounds", "size", "cost"))
     if part in (None, "errors"):
         show(smooth_table(runs))
         show(events_table(runs), width=120)
@@ -25,6 +25,8 @@ def command(
         show(hindsight_table(runs), width=120)
     if part in (None, "laws"):
         show(laws_table(), width=120)
+    if part in (None, "tank"):
+        show(tank_table(), width=120)
     if part in (None, "bounds"):
         show(bounds_table())
     if part in (None, "size"):
@@ -64,6 +66,14 @@ def laws_table() -> Table:
     table = table_of("figure", "right", *laws.KINDS)
     for law in laws.results():
         table.add_row(law.figure, law.right, *(f"{law.by_kind[kind]:.3g}" if kind in law.by_kind else "-" for kind in laws.KINDS))
+    return table
+
+
+def tank_table() -> Table:
+    table = table_of("tank that runs empty", "runs", "found again", "NEES/n", "held", "dropped", "ready there", "ready later, %")
+    for r in tank.results():
+        counts = (str(count) for count in (r.held, r.dropped, r.ready_meanwhile))
+        table.add_row(r.plan, str(r.runs), str(r.found), f"{r.nees:.3f}", *counts, f"{100 * r.ready:.1f}")
     return table
 
 
