@@ -479,7 +479,6 @@ def test_what_cannot_be_done_is_one_line(arguments, said):
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        ("hello\n", [], "no line had samples of a gyroscope and an accelerometer"),
         ("$GPGSV,1,1,00*79\n", ["--filter", "ins"], "no line had samples of a gyroscope and an accelerometer"),
         (
             "t_s,gx,gy,gz,ax,ay,az\n0,0,0,0,0,0,-9.8\n0.01,0,0,0,0,0,-9.8\n",

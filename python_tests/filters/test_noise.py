@@ -23,7 +23,7 @@ def test_known_noise_lies_within_the_stated_bounds():
     """20 recordings of 10 min of each of three grades, three axes: of 540 bounds 95 % hold. ./run study noise does 200 of each."""
     found = {grade: bounds(grade, 20, 600.0) for grade in GRADES}
     held = {name: np.mean([of[name].held for of in found.values()]) for name in TERMS}
-    told = {name: np.mean([of[name].told for of in found.values()]) for name in TERMS}
+    told = {name: np.mean([of[name].stated for of in found.values()]) for name in TERMS}
     assert min(held.values()) > 0.92 and np.mean(list(held.values())) >= 0.95, held
     assert told["white"] == 1 and told["instability"] > 0.7 and told["walk"] < 0.5
     assert max(abs(of["white"].ratio - 1) for of in found.values()) < 0.05
