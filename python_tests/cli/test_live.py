@@ -148,7 +148,7 @@ def test_udp_of_json_to_udp(tmp_path, lines):
         client.settimeout(DEADLINE_S)
         to = f"udp://{LOCAL}:{client.getsockname()[1]}"
         with session(tmp_path, f"udp://:{port}", "--to", to, "--gyro-unit", "deg/s", "--accel-unit", "g") as live:
-            live.wait_for(lambda: live.record.exists(), "the start")
+            live.wait_for(lambda: ": opened" in live.said, "the start")
             answers: list[dict] = []
             reader = threading.Thread(
                 target=lambda: answers.extend(json.loads(client.recv(4096)) for _ in range(800)), daemon=True
@@ -189,7 +189,7 @@ def test_tcp_that_breaks_off_and_comes_back(tmp_path, lines):
 def test_a_clock_that_restarts_and_a_source_that_stalls(tmp_path, lines):
     port = free_port()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client, session(tmp_path, f"udp://{LOCAL}:{port}") as live:
-        live.wait_for(lambda: live.record.exists(), "the start")
+        live.wait_for(lambda: ": opened" in live.said, "the start")
 
         def send(some: list[str]) -> None:
             for line in some:
@@ -213,7 +213,7 @@ def test_mavlink(tmp_path):
     mavutil = pytest.importorskip("pymavlink.mavutil", reason="pymavlink is not installed")
     port, r = free_port(), tilted_motion(4).recording
     with session(tmp_path, f"mavlink:udpin:{LOCAL}:{port}") as live:
-        live.wait_for(lambda: live.record.exists(), "the start")
+        live.wait_for(lambda: ": opened" in live.said, "the start")
         link = mavutil.mavlink_connection(f"udpout:{LOCAL}:{port}", source_system=1)
         for i, t_s in enumerate(r.t_s):
             rate, force, field = r.rate_b_rad_s[i], r.force_b_m_s2[i], 1e4 * r.field_b_tesla[i]
@@ -326,7 +326,7 @@ def test_the_ins_by_mavlink(tmp_path, drive):
     port = free_port()
     due = np.searchsorted(drive.t_s, drive.aids["position"].t_s)
     with session(tmp_path, f"mavlink:udpin:{LOCAL}:{port}", *INS) as live:
-        live.wait_for(lambda: live.record.exists(), "the start")
+        live.wait_for(lambda: ": opened" in live.said, "the start")
         link = mavutil.mavlink_connection(f"udpout:{LOCAL}:{port}", source_system=1)
         for row, t_s in enumerate(drive.t_s):
             link.mav.highres_imu_send(
@@ -374,7 +374,7 @@ def test_the_ins_needs_both_inertial_sensors_in_a_line(tmp_path):
 def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
     port, sent, chance = free_port(), 0, random.Random(3)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client, session(tmp_path, f"udp://{LOCAL}:{port}") as live:
-        live.wait_for(lambda: live.record.exists(), "the start")
+        live.wait_for(lambda: ": opened" in live.said, "the start")
         values = lines[1].split(",", 1)[1]
         client.sendto(lines[0].encode(), (LOCAL, port))
         begin_s = time.monotonic()
