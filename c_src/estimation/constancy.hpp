@@ -22,10 +22,12 @@ struct Constancy {
         due2 = kept * kept * due2 + std::fmax(0, variance_taken);
     }
     // The variance that a state of this variance has more; 0: none. What was summed is forgotten with it. limit: in sigmas of the sum.
-    // largest: no step is larger, and corrections that could not resolve one of that size are ignored.
-    double excess(double variance, double largest, double limit) {
+    // smallest: what a wrong linearisation moves the state by; a step is larger. largest: no step is larger, and corrections that could not
+    // resolve one of that size are ignored.
+    double excess(double variance, double smallest, double largest, double limit) {
         if (!(square(moved) > square(limit) * due2 && square(largest) * due2 > square(variance))) return 0;
         const double step = variance * moved / due2;
+        if (!(std::fabs(step) > smallest)) return 0;
         moved = due2 = 0;
         return std::fmax(0, std::fmin(square(step), square(largest) - variance));
     }

@@ -372,10 +372,11 @@ void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, d
     // Sigmas, chosen: 6e-5 by chance; the linearisation is coarse while the heading is unknown.
     constexpr double fine = 4, coarse = 8;
     const AlmostConstant now = almost_constant(s, P);
+    // A heading that is wrong moves the bias by the rate of the Earth at the most.
     for (int i = 0; i < biases; ++i) {
         const double largest = i < 3 ? gyro_rad_s : accel_m_s2, variance = now.variance[i];
         s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
-        const double more = s.steady[i].excess(variance, largest, is_free(s) ? coarse : fine);
+        const double more = s.steady[i].excess(variance, i < 3 ? earth::rate_rad_s : 0, largest, is_free(s) ? coarse : fine);
         if (more > 0) widen(P, row_gyro + i, more);
     }
 }

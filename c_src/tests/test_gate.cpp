@@ -39,7 +39,7 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
 }
 
 // A scalar of sigma 0.1 that is measured with sigma 1 every 0.2 s for a minute, and steps; answers what is found, the largest.
-double found_of(double step, double largest) {
+double found_of(double step, double largest, double smallest = 0) {
     std::mt19937_64 engine(3);
     std::normal_distribution<double> normal;
     Constancy steady{};
@@ -50,7 +50,7 @@ double found_of(double step, double largest) {
         mean += change;
         variance -= taken;
         steady.note(change, taken, 0.2);
-        const double more = steady.excess(variance, largest, 4);
+        const double more = steady.excess(variance, smallest, largest, 4);
         variance += more;
         found = std::fmax(found, more);
     }
@@ -62,6 +62,7 @@ TEST(Constancy, AStateThatIsConstantIsLeftAloneAndAStepHasItsSize) {
     EXPECT_NEAR(std::sqrt(found_of(3, 100)), 3, 1.5);
     EXPECT_LE(found_of(3, 1.0), 1); // no step is larger
     EXPECT_EQ(found_of(3, 0.1), 0);
+    EXPECT_EQ(found_of(3, 100, 20), 0);
 }
 
 TEST(Consistency, InnovationsAsPredictedChangeNothing) {

@@ -90,6 +90,8 @@ class Constancy:
     MEMORY_S, LIMIT = 20.0, 4.0
     LARGEST = np.array([0.05] * 3 + [3.0] * 3)
     """Of the gyroscope and accelerometer biases, in rad/s and m/s2."""
+    SMALLEST = np.array([earth.RATE_RAD_S] * 3 + [0.0] * 3)
+    """A heading that is wrong moves a bias of the gyroscopes by the rate of the Earth at the most."""
     ROWS = np.arange(9, 15)
 
     def __init__(self) -> None:
@@ -102,6 +104,7 @@ class Constancy:
         self.due2 = kept**2 * self.due2 + np.maximum(0, taken)
         found = (self.moved**2 > self.LIMIT**2 * self.due2) & (self.LARGEST**2 * self.due2 > variance**2)
         step = np.divide(variance * self.moved, self.due2, out=np.zeros(6), where=found)
+        found &= np.abs(step) > self.SMALLEST
         self.moved, self.due2 = np.where(found, 0, self.moved), np.where(found, 0, self.due2)
         more: Array = np.where(found, np.clip(self.LARGEST**2 - variance, 0, step**2), 0)
         return more
