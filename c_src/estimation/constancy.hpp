@@ -4,6 +4,7 @@
 // ratio, Willsky and Jones 1976): its square is variance that the state has more.
 #pragma once
 
+#include "estimation/consistency.hpp"
 #include "maths/square.hpp"
 
 #include <cmath>
@@ -12,7 +13,7 @@ namespace hnav {
 
 // Part of a filter's state: doubles only.
 struct Constancy {
-    static constexpr double memory_s = 20; // chosen: as long as the long window of Consistency
+    static constexpr double memory_s = Consistency::window_s[Consistency::windows - 1];
 
     double moved, due2; // by corrections, and the variance of that
 

@@ -238,8 +238,7 @@ void Model::collapse(State& s, Covariance& P) const {
     s.u[0] = 1;
     s.u[1] = 0;
     s.phase = Phase::navigating;
-    for (Consistency& fit : s.fits) fit.begin(fit.noise);
-    for (Constancy& one : s.steady) one = {};
+    s.begin_monitors();
     vec(s.earth_rate) = mat(s.axes).transpose() * Vector3(0, 0, earth::rate_rad_s);
     put_gravity(s);
 }

@@ -124,6 +124,10 @@ void Model::widen(Covariance& P, int row, double variance) const {
 // A fix that is older says nothing of the present: three periods of a usual receiver.
 constexpr double fix_age_s = 3;
 
+// Limits of monitors are so many times larger before a heading is found: the linearisation is coarse. Chosen: with less, steps of biases
+// cost ships their starts.
+constexpr double coarse = 2;
+
 // Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
 bool Model::judges_velocity(const State& s, double now_s) {
     return is_within(now_s - s.last_s[velocity], fix_age_s) &&
@@ -135,13 +139,12 @@ double Model::misfit(const State& s, double now_s) const {
     constexpr double fastest = 4, grows_s = 1, lasts_s = 2;
     // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
     // an unknown bias of the accelerometers, have a mean too: it counts by this part.
-    constexpr double begins = 20, coarse = 40, ends = 3, long_part = 0.25;
+    constexpr double begins = 20, ends = 3, long_part = 0.25;
     const bool by_velocity = judges_velocity(s, now_s);
     const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
-    // The linearisation is coarse until a heading is claimed.
     const bool claimed = has_passed(now_s - s.heading_since_s, options_.ready_hold_s);
     const Consistency& fit = s.fit(by_velocity ? velocity : position);
-    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : claimed ? begins : coarse);
+    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : claimed ? begins : coarse * begins);
     if (misfit > 1) return std::fmin(fastest, misfit);
     // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
     const bool swallows =
@@ -369,14 +372,15 @@ Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P
 // Biases that step, or are larger than their priors.
 void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
     constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // what faults bring at the most: chosen
-    // Sigmas, chosen: 6e-5 by chance; the linearisation is coarse while the heading is unknown.
-    constexpr double fine = 4, coarse = 8;
+    constexpr double sigmas = 4; // chosen: 6e-5 by chance
+    const double limit = is_free(s) ? coarse * sigmas : sigmas;
     const AlmostConstant now = almost_constant(s, P);
-    // A heading that is wrong moves the bias by the rate of the Earth at the most.
     for (int i = 0; i < biases; ++i) {
-        const double largest = i < 3 ? gyro_rad_s : accel_m_s2, variance = now.variance[i];
+        // A heading that is wrong moves the bias of a gyroscope by the rate of the Earth at the most.
+        const double smallest = i < 3 ? earth::rate_rad_s : 0, largest = i < 3 ? gyro_rad_s : accel_m_s2,
+                     variance = now.variance[i];
         s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
-        const double more = s.steady[i].excess(variance, i < 3 ? earth::rate_rad_s : 0, largest, is_free(s) ? coarse : fine);
+        const double more = s.steady[i].excess(variance, smallest, largest, limit);
         if (more > 0) widen(P, row_gyro + i, more);
     }
 }

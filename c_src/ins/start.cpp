@@ -53,8 +53,7 @@ void Model::begin_levelling(State& s) const {
     s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
     s.rest = {};
     s.heading_since_s = s.strained_since_s = nan;
-    for (Consistency& fit : s.fits) fit.begin(fit.noise);
-    for (Constancy& one : s.steady) one = {};
+    s.begin_monitors();
     s.contradiction.begin();
     s.strain = 1;
     for (int c = 0; c < channel_count; ++c) {

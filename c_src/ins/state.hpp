@@ -5,7 +5,6 @@
 //   d  displacement from the anchor
 #pragma once
 
-#include "estimation/consistency.hpp"
 #include "estimation/constancy.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
@@ -206,6 +205,11 @@ struct State {
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }
+    // Of a new linearisation; the learnt noise stays.
+    void begin_monitors() {
+        for (Consistency& fit : fits) fit.begin(fit.noise);
+        for (Constancy& one : steady) one = {};
+    }
     Consistency& fit(int channel) { return fits[channel - velocity]; }
     const Consistency& fit(int channel) const { return fits[channel - velocity]; }
     bool has(const Event& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }

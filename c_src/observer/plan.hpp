@@ -10,17 +10,17 @@
 //     derivatives 1                                               it provides directional derivatives
 //     discrete 1                                                  it has discrete variables
 //     state_access N                                              0: none, 1: its state can be got and set, 2: and serialised
-// step_done 1                                                 CompletedIntegratorStep is to be called
+//     step_done 1                                                 CompletedIntegratorStep is to be called
 //     once 1                                                      one instance for each process
-// memoryless 1                                                stated by the user, in spite of indicators
+//     memoryless 1                                                stated by the user, in spite of indicators
 //     never_freed 1                                               it crashes when it is freed
 //     set REFERENCE VALUE                                         before initialisation
 //     state REFERENCE DERIVATIVE START SIGMA NOISE NOMINAL READY  in the order of the FMU
 //     input REFERENCE DISCRETE START                              a known one; DISCRETE 1: may change at events only
 //     unknown REFERENCE START SIGMA NOISE NOMINAL READY TIME_CONSTANT
 //     parameter REFERENCE START SIGMA NOISE NOMINAL READY
-// sensor REFERENCE OUTPUT SIGMA GATE                          OUTPUT 1: of that causality, its derivatives are available
-// bound INDEX MIN MAX                                         of an estimated number: states, unknown, parameters
+//     sensor REFERENCE OUTPUT SIGMA GATE                          OUTPUT 1: of that causality, its derivatives are available
+//     bound INDEX MIN MAX                                         of an estimated number: states, unknown, parameters
 //     depends STATE INDEX ...                                     its derivative: on no other states and unknown inputs, with all such
 //                                                                 lines; a state without one: on all
 //     logarithmic INDEX                                           of a parameter, by its place among them: by its logarithm

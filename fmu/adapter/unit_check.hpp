@@ -42,7 +42,6 @@ private:
     static constexpr double most = 6000; // windows, ten minutes: a body that has not tilted until then is not judged
     static constexpr double least_turn = 0.01; // rad, RMS of a window: above the noise of any accelerometer's mean
     static constexpr double sure = 0.85; // correlation of the turning of gravity and of the rates
-    static constexpr double pi = 3.14159265358979323846;
     static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3;
 
     bool decided() const { return found_ != undecided; }
@@ -84,7 +83,7 @@ private:
             return;
         }
         if (seen2_ > least_turn * least_turn * windows_ && both_ > sure * std::sqrt(said2_ * seen2_)) {
-            const double scale = both_ / said2_ * (180 / pi);
+            const double scale = both_ / said2_ * (180 / M_PI);
             found_ = scale > 0.5 && scale < 2 ? is_deg_s : plausible;
         }
         if (windows_ >= most && !decided()) found_ = plausible;

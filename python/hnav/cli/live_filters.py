@@ -62,11 +62,15 @@ def recording_of_rows(rows: Array) -> Recording:
     return Recording("live", rows[:, 0].copy(), *(np.ascontiguousarray(rows[:, begin : begin + 3]) for begin in (1, 4, 7)))
 
 
-def of_last(table: Table) -> dict[str, Any]:
-    """What the pages of all filters show of the newest row."""
+def newest_of(table: Table) -> tuple[dict[str, float], bool]:
+    """The newest row, and whether it has an attitude."""
     last = {name: float(values[-1]) for name, values in table.items()}
-    known = math.isfinite(last["q0"])
-    return {"t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None, "last": last, "known": known}
+    return last, math.isfinite(last["q0"])
+
+
+def shown_of(last: Mapping[str, float], known: bool) -> dict[str, Any]:
+    """What the pages of all filters show of the newest row."""
+    return {"t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None}
 
 
 class _Attitude:
@@ -83,9 +87,8 @@ class _Attitude:
 
     def state(self, table: Table) -> dict[str, Any]:
         assert self._run is not None, "a table comes of a run"
-        shown = of_last(table)
-        last, known = shown.pop("last"), shown.pop("known")
-        return shown | {
+        last, known = newest_of(table)
+        return shown_of(last, known) | {
             "frame": self._library.options.navigation_frame, "heading_deg": last["heading_deg"] if known else None,
             "sigma_deg": np.degrees(self._run.sigma_rad[-1]).tolist() if known else None,
             "ready": {"tilt": bool(self._run.ready[-1, 0]), "heading": bool(self._run.ready[-1, 1])},
@@ -127,11 +130,10 @@ class _Navigation:
 
     def state(self, table: Table) -> dict[str, Any]:
         assert self._run is not None and self._ran is not None, "a table comes of a run"
-        shown = of_last(table)
-        last, known = shown.pop("last"), shown.pop("known")
+        last, known = newest_of(table)
         health = self._ran.ins.health().sensor
         place = [last[name] for name in ("lat_deg", "lon_deg", "alt_m")]
-        return shown | {
+        return shown_of(last, known) | {
             "frame": "ned", "heading_deg": last["heading"] if known else None,
             "sigma_deg": np.degrees(self._run.sigma_rotation_rad[-1]).tolist() if known else None,
             "ready": {name: bool(last[f"{name}_ready"]) for name in READY},

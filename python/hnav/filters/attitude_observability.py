@@ -10,17 +10,14 @@ import numpy as np
 from hnav.filters.attitude_answers import Run
 from hnav.filters.observability import RunObservability, Windows, run_observability
 from hnav.filters.options import Options
-from hnav.filters.run_windows import RowWindows, block, cross
+from hnav.filters.run_windows import ANGLES, G_M_S2, UNKNOWN_HEADING_RAD, UNKNOWN_TILT_RAD, RowWindows, block, cross
 from hnav.native.arrays import Array, BoolArray
 
 if TYPE_CHECKING:
     from hnav.io.recordings import Recording
 
-G_M_S2 = 9.81
-UNKNOWN_TILT_RAD, UNKNOWN_HEADING_RAD = 1.0, math.pi / math.sqrt(3)  # sigma before any sample; of a uniform heading
 VELOCITY, DECLINATION = slice(6, 8), 8  # places of the AHRS after rotation and gyro bias
 ROTATION, BIAS = slice(0, 3), slice(3, 6)
-ANGLES = ("roll", "pitch", "heading")  # the first places
 
 
 def attitude_observability(run: Run, recording: Recording | None = None) -> RunObservability:

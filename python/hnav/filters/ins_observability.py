@@ -13,13 +13,12 @@ from hnav.filters.ins_aids import AIDS, WIDTHS, Aids
 from hnav.filters.ins_answers import InsRun, InsSamples
 from hnav.filters.observability import RunObservability, Windows, run_observability
 from hnav.filters.options import Options
-from hnav.filters.run_windows import RowWindows, cross
+from hnav.filters.run_windows import ANGLES, G_M_S2, UNKNOWN_HEADING_RAD, UNKNOWN_TILT_RAD, RowWindows, cross
 from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
 from hnav.rotations import quaternion_exp, quaternion_product, rotated, rotation_error_rad
 
-G_M_S2, EARTH_RAD_S = 9.81, 7.292115e-5
-UNKNOWN_TILT_RAD, UNKNOWN_HEADING_RAD = 1.0, math.pi / math.sqrt(3)  # sigma before any sample; of a uniform heading
+EARTH_RAD_S = 7.292115e-5
 MEAN_S = 1.0  # over which an acceleration is averaged, as in the filter where the sensor vibrates
 RESTS_PER_S = 10.0  # rest is a velocity so often
 PASCAL_PER_M = 12.0  # pressure of the air by height
@@ -27,7 +26,7 @@ PASCAL_PER_M = 12.0  # pressure of the air by height
 ROTATION, GYRO, ACCEL, VELOCITY, POSITION = (slice(i, i + 3) for i in (0, 3, 6, 9, 12))
 IRON, DIRECTION = slice(15, 18), 18
 N = 19
-ANGLES, ACCEL_BIASES = ("roll", "pitch", "heading"), tuple(f"accelerometer bias {axis}" for axis in "xyz")
+ACCEL_BIASES = tuple(f"accelerometer bias {axis}" for axis in "xyz")
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,8 @@ UNSEEN = 0.9  # share of a variance that is left: less than a tenth was removed
 SEEN = 0.1  # share of a variance that is left: the error is determined
 FIRST_S = 1.0  # what is determined sooner is determined from the start
 SLOWER = 2.0  # times the time with all samples and the motion: without the one or the other it takes much longer
-TURN_RAD, TURN_SHARE = (
-    math.radians(10.0),
-    0.25,
-)  # a turn: at least so far, and faster than half its peak for at most so much of the time
+TURN_RAD = math.radians(10.0)  # a turn: at least so far
+TURN_SHARE = 0.25  # and faster than half its peak for at most so much of the time
 _PART = 0.2  # of the largest component, that makes another one part of a combination
 _SINGULAR = 1e-9  # of the largest variance: no direction of its own
 

@@ -17,6 +17,9 @@ MOST = 600  # windows of a run
 LEVEL = 0.1  # of a unit vector: a body axis with less of it in the horizontal has no heading
 UPRIGHT = math.cos(math.radians(20.0))  # of an axis that is called vertical
 LONGEST_S = 0.1  # no sample stands for longer
+G_M_S2 = 9.81
+UNKNOWN_TILT_RAD, UNKNOWN_HEADING_RAD = 1.0, math.pi / math.sqrt(3)  # sigma before any sample; of a uniform heading
+ANGLES = ("roll", "pitch", "heading")  # the first errors
 
 
 @dataclass(frozen=True)

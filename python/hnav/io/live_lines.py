@@ -40,23 +40,18 @@ OVER_GROUND = ("ground_speed", "course_deg")
 """What lines may have in the place of vn and ve."""
 OF_AIDS = frozenset(AID_COLUMNS + OVER_GROUND)
 INERTIAL = slice(1, len(CSV_COLUMNS))
-SAMPLES = (
-    ("gx", "gy", "gz"),
-    ("ax", "ay", "az"),
-    ("mx", "my", "mz"),
-    ("lat_deg", "lon_deg", "alt_m"),
-    ("vn", "ve", "vd"),
-    ("pressure_pa",),
-    ("speed_m_s",),
-)
-"""What belongs to one sample."""
 WITH_SIGMAS = (
     ("lat_deg", "lon_deg", "alt_m", "sigma_h", "sigma_v"),
     ("vn", "ve", "vd", "sigma_vel"),
     ("pressure_pa",),
     ("speed_m_s",),
 )
-"""Likewise, of what aids navigation."""
+"""What belongs to one sample of what aids navigation."""
+SAMPLES = (
+    *(tuple(f"{sensor[0]}{axis}" for axis in "xyz") for sensor in ARRAYS),
+    *(tuple(name for name in names if not name.startswith("sigma")) for names in WITH_SIGMAS),
+)
+"""The values of one sample."""
 PROBE_LINES, PROBE_S = 50, 1.0
 """So many lines, or those of so long, are read before the first row is answered: the numbers of several lines show their units."""
 LONGEST_LINE = 65_536
@@ -167,7 +162,8 @@ class LiveLines:
         self._probe: list[Line] | None = []
         self._before: list[float] = [math.nan] * len(self.columns)
         self._held: tuple[list[float], float] | None = None
-        self._newest: dict[tuple[str, ...], list[float]] = {}
+        self._samples = [self._places(names) for names in (SAMPLES if aids else SAMPLES[: len(ARRAYS)])]
+        self._newest: dict[int, list[float]] = {}
         self._timed = 0
         self._left: list[bytes] = []
 
@@ -390,11 +386,13 @@ class LiveLines:
         self._untimed = [one for one in self._untimed if not self._put_into(row, one)]
         return [row]
 
+    def _places(self, names: Sequence[str]) -> list[int]:
+        return [self.columns.index(name) for name in names]
+
     def _put_into(self, row: list[float], untimed: list[float]) -> bool:
         """Samples without a time of their own into a row that has none of their kind; whether none is left."""
         left = False
-        for names in WITH_SIGMAS:
-            places = [self.columns.index(name) for name in names]
+        for places in map(self._places, WITH_SIGMAS):
             if all(math.isnan(untimed[place]) for place in places):
                 continue
             if all(math.isnan(row[place]) for place in places):
@@ -431,14 +429,13 @@ class LiveLines:
 
     def _drop_repeats(self, row: list[float]) -> bool:
         """Empties the samples that repeat the one before; whether one is left."""
-        for names in SAMPLES if len(self.columns) > len(CSV_COLUMNS) else SAMPLES[: len(ARRAYS)]:
-            places = [self.columns.index(name) for name in names]
+        for places in self._samples:
             values = [row[place] for place in places]
-            if repr(values) == repr(self._newest.get(names)):  # a vertical velocity may be NaN
+            if repr(values) == repr(self._newest.get(places[0])):  # a vertical velocity may be NaN
                 for place in places:
                     row[place] = math.nan
             elif not all(map(math.isnan, values)):
-                self._newest[names] = values
+                self._newest[places[0]] = values
         return not all(map(math.isnan, row[1:]))
 
 
