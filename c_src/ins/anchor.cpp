@@ -1,4 +1,4 @@
-// The anchor moves along, so that displacements stay small: a constant turn and shift between two events.
+// Moves the anchor with the body, so that displacements stay small: a constant rotation and shift between two events.
 #include "ins/model.hpp"
 
 namespace hnav::ins {

@@ -1,4 +1,4 @@
-// While the heading is unknown: where the state is linearised, when the heading is found, when the axes are lost.
+// The phase of unknown heading: its point of linearisation, the transition to navigation, and the return to it.
 #include "estimation/gate.hpp"
 #include "ins/circle.hpp"
 #include "ins/model.hpp"
@@ -8,7 +8,7 @@ namespace hnav::ins {
 namespace {
 
 struct OnU {
-    double S[2][2], G[errors][2]; // covariance of u; that of the state with u, times its inverse
+    double S[2][2], G[errors][2]; // covariance of u; regression of the state on u
 };
 
 OnU regression(const Covariance& P) {
@@ -37,7 +37,7 @@ struct Tangent {
     explicit Tangent(const Circle& circle) : x(-std::sin(circle.mode_rad)), y(std::cos(circle.mode_rad)) {}
 };
 
-// Of the heading now: what the gyroscopes have lost since the start goes with alpha.
+// Variance of the present heading: the drift of the gyroscopes since the start is correlated with alpha.
 double heading_given(const State& s, const Covariance& P, const OnU& on) {
     const int row = row_phi + 2;
     const Tangent t(s.circle);
@@ -66,9 +66,8 @@ Model::Spread Model::spread(const State& s, const Covariance& P) const {
             largest_given(P, on, row_d, 2)};
 }
 
-// How far a sample lies from what the likeliest heading lets expect, heading unknown by its spread: the mean of the Gaussian
-// may have a short u, for which a fix that lies far off looks like any other. Headings from elsewhere have no part in this: they
-// may be wrong, and satellites that contradict them are right then.
+// NIS of a sample given the likeliest heading and its spread. The mean of the Gaussian is not suitable, because its u may be short,
+// and then an outlier has a small NIS. External headings are left out: they may be wrong, and a fix that contradicts them must pass.
 double Model::nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const {
     const OnU on = regression(P);
     const Circle circle = s.told.information > 0 ? circle_of(s, on.S, {}) : s.circle;
@@ -103,15 +102,16 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
 void Model::gate_given_heading(const State& s, const Covariance& P, Measurement& m) const {
     m.nis = nis_given_heading(s, P, m);
     const double over = m.gated ? beyond_gate(m.nis, gate_for_rows(m.rows, options_.gate_nis)) : 1;
-    m.scale = over * over; // redescending; the known part has the spread of the heading in it and stays
+    m.scale = over * over; // redescending; only the noise is inflated, H P H' contains the spread of the heading
     for (double& r : m.R) r *= m.scale;
     m.gated = false;
 }
 
 namespace {
 
-// While a heading may be any, satellites tell nothing of the bias about the vertical: what they seem to tell comes of tilts and velocities
-// that were linearised about one heading after the other. Its variance stays, and what depends on it is corrected as ever (Schmidt).
+// While the heading is unknown, GNSS does not observe the gyro bias about the vertical. Tilts and velocities that were linearised about
+// different headings only make it look observable. The bias is therefore a consider state: its variance is kept, and its correlations
+// correct the other states (Schmidt).
 void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) {
     constexpr double any_rad = 1;
     if (!(s.circle.spread_rad > any_rad)) return;
@@ -123,9 +123,9 @@ void leave_vertical_bias(const State& s, const Covariance& before, Covariance& a
     vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
 }
 
-// A body that is found to stand otherwise, and has done so since the start, has been turned by its biases, phi = -(integral of R) db,
-// about other axes of t than R had when it was gathered. Without this the covariance belongs to several alphas at once while the
-// likeliest one moves, and tells of the bias about the vertical what nobody knows. It holds as long as what they have turned is small.
+// The correlation of phi with the gyro bias, phi = -(integral of R) db, was gathered with the attitude R of the old linearisation. A
+// correction of the attitude since the start turns these axes. Without this the covariance mixes linearisations at different headings,
+// which makes the gyro bias about the vertical look observable. Valid while the rotation by the biases is small (small_rad).
 void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
     constexpr double small_rad = 0.1;
     if (P[row_phi + 2][row_phi + 2] > small_rad * small_rad) return;
@@ -136,8 +136,8 @@ void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
 
 } // namespace
 
-// The state is linearised where |u| = 1: at the state given the likeliest alpha. The noise of the satellites stands in the
-// rows of u too and shrinks its mean, and tilt and velocity that go with a short u are a bad point to linearise about.
+// Linearises the state at the likeliest alpha, where |u| = 1. GNSS noise in the rows of u shrinks its mean, and the tilt and velocity
+// that correspond to a short u are a poor point of linearisation.
 void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     const OnU on = regression(P);
     const double m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
@@ -155,18 +155,18 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     turn_what_was_gathered(s, P, vec(shift + row_phi));
 }
 
-// A correction where the heading is unknown.
+// Applies a correction while the heading is unknown.
 void Model::take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const {
     if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);
     for (int i = 0; i < errors; ++i) s.mean[i] += error[i];
     centre(s, P, is_absolute(m) || m.channel == field || m.channel == speed);
 }
 
-// A heading from elsewhere tells the turn of the axes, alpha, and counts on the circle alone. Those that follow one another within a while
-// have one error: together they weigh as one. share: the part of the whole that this one adds.
+// An external heading measures the rotation of the axes, alpha; it enters the density on the circle only. External headings within
+// heading_colour_s have the same error, and together the weight of one. share: the part of that weight that this sample adds.
 void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const {
     const Spread before = spread(s, P);
-    const double turned = before.heading - s.circle.spread_rad * s.circle.spread_rad; // by the gyroscopes since the start
+    const double turned = before.heading - s.circle.spread_rad * s.circle.spread_rad; // drift of the gyroscopes since the start
     const double off = std::remainder(alpha_rad - s.circle.mode_rad, 2 * M_PI), own = variance + std::fmax(0, turned);
     Innovation& i = s.innovation[ins::heading];
     i = {s.last_event_s, {off}, {own + s.circle.spread_rad * s.circle.spread_rad}, 0, 1, 1};
@@ -183,10 +183,10 @@ void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double vari
     if (std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
-// Of the likeliest heading. Given u everything is Gaussian and linear; what another heading on the circle would change, through
-// what is known of the state given u, and by turning what is held in axes turned by -alpha, is linear in (x, y) = (cos - 1, sin)
-// of what it is off by. What is turned changes with (x, y) itself: of these products x^2 + y^2 = -2 x counts, which takes away what turning
-// a place and a velocity that satellites hold would seem to change along them.
+// Covariance about the likeliest heading. Given u everything is Gaussian and linear. Another heading on the circle changes the state
+// through its regression on u, and by turning the vectors held in axes turned by -alpha. Both are linear in (x, y) = (cos - 1, sin) of
+// the heading error. The turned vectors change with (x, y) too: of these products x^2 + y^2 = -2 x is kept. It cancels the apparent
+// change of a displacement and a velocity along themselves, which GNSS excludes.
 Covariance Model::given_circle(const State& s, Covariance P) const {
     const OnU on = regression(P);
     const double c = std::cos(s.circle.mode_rad), t = std::sin(s.circle.mode_rad);
@@ -217,7 +217,7 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     return P;
 }
 
-// While the heading is unknown the latency of the satellites is noise, but it is the same in all fixes: they are behind by one way.
+// While the heading is unknown the GNSS latency is treated as noise, but it is common to all fixes: all positions lag by v times it.
 void Model::admit_latency(const State& s, Covariance& P) {
     const double variance = P[row_latency][row_latency];
     for (int i = 0; i < 3; ++i) {
@@ -227,7 +227,7 @@ void Model::admit_latency(const State& s, Covariance& P) {
     }
 }
 
-// The heading is found: the state is turned by alpha, and goes on as everybody's.
+// The heading is found: turns the state by alpha. From here on the filter is a usual error-state filter.
 void Model::collapse(State& s, Covariance& P) const {
     const double alpha = s.circle.mode_rad;
     P = given_circle(s, P);
@@ -243,8 +243,8 @@ void Model::collapse(State& s, Covariance& P) const {
     put_gravity(s);
 }
 
-// The gyroscopes have lost the heading: a long rest with an unknown bias before it was found, a saturated axis. What was learnt of tilt and
-// biases stays; heading, velocity and displacement start anew, and nothing false is carried on.
+// The gyroscopes have lost the heading, by a long rest with an unknown bias or by a saturated axis. Tilt and biases are kept; heading,
+// velocity and displacement are estimated again from their priors.
 void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
     double tilt_and_biases[errors] = {};
     for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale, row_iron})
@@ -288,15 +288,15 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     put_gravity(s);
 }
 
-// Whether a change of velocity, of this sigma, may be by so much longer than what the force has gained meanwhile.
+// Whether a change of velocity with this sigma can exceed the velocity gained by the force by so much.
 bool Model::is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const {
     constexpr double unmodelled_m_s2 = 0.2;
     const double noise2 = sigma_m_s * sigma_m_s + force_psd(s) * since_s;
     return !(std::fabs(off_m_s) > 6 * std::sqrt(noise2) + unmodelled_m_s2 * since_s);
 }
 
-// A velocity that shows to be wrong without a heading: by the length of what was gained. Of velocities that contradict each other those are
-// wrong that lasted for less.
+// Finds a wrong velocity without a heading, by the length of the change of velocity. Of two groups of velocities that contradict each
+// other the one that lasted longer is accepted.
 bool Model::velocity_fits(State& s, const Event& event) const {
     const double* z = event.value[velocity];
     FreeGates& g = s.gates;
@@ -315,11 +315,11 @@ bool Model::velocity_fits(State& s, const Event& event) const {
     return true;
 }
 
-// Sums what positions have jumped by, from one to the next, against the velocity. An outlier jumps back; answers whether they have not.
+// Sums the jumps between consecutive positions relative to the velocity. The sum of an outlier returns to 0. Returns true while it has not.
 bool Model::position_jumped(State& s, const Event& event) const {
     const double* z = event.value[position];
     FreeGates& g = s.gates;
-    // 4 m/s2, which no vehicle has for long, and a position that is late by five sigmas of the latency, are no jump.
+    // A lasting acceleration of 4 m/s2 and a latency of five sigmas are not counted as a jump.
     constexpr double half_acceleration_m_s2 = 2, latencies = 5;
     const double sigma = z[3] * std::sqrt(s.fit(position).noise), sigmas = 6 * sigma;
     const double since_s = event.t_s - g.position_s, changes_s = since_s + 2 * (event.t_s - g.velocity_s);

@@ -6,11 +6,11 @@
 namespace hnav::ins {
 namespace {
 
-// Minus the logarithm of a density on the circle: half the squared distance of u(alpha) from m, in units of S, and of alpha from a heading
-// that is told, in units of its sigma.
+// Minus the logarithm of a density on the circle: half the squared distance of u(alpha) from m, normalised by S, plus that of
+// alpha from an external heading, normalised by its variance.
 struct Distance {
     double m[2], i00, i01, i11;
-    double told_rad, information, offset; // information 0: nothing is told
+    double told_rad, information, offset; // information 0: there is no external heading
 
     double at(double alpha) const {
         const double x = std::cos(alpha) - m[0], y = std::sin(alpha) - m[1], off = std::remainder(alpha - told_rad, 2 * M_PI);
@@ -31,7 +31,7 @@ struct Mode {
 constexpr int grid = 128;
 constexpr double step = 2 * M_PI / grid;
 
-// A harmonic of second order has at most two minima, and a grid of this kind sees both; Newton sharpens them.
+// The distance is a harmonic of second order with at most two minima. The grid finds both; Newton's method refines them.
 Mode sharpened(const Distance& distance, double alpha) {
     const double from = alpha;
     double first, second;
@@ -67,7 +67,7 @@ struct Part {
     double broadest() const { return count == 2 ? std::fmax(modes[0].width, modes[1].width) : modes[0].width; }
 };
 
-// Masses of the modes and the second moment about the first, over grids; points belong to the nearest mode.
+// Probability mass of each mode and second moment about the first mode, summed over grids. A point belongs to the nearest mode.
 struct Moments {
     Mode modes[2]; // of all parts
     int count;
@@ -94,7 +94,7 @@ struct Moments {
     }
 };
 
-// The highest mode of both parts, and the highest other one that is not the same seen by the other part.
+// The highest mode of both parts, and the next highest one that is not the same mode as it appears in the other part.
 Moments about(const Part& wrong, const Part& right) {
     Moments moments;
     const Part& first = right.modes[0].distance < wrong.modes[0].distance ? right : wrong;
@@ -115,15 +115,15 @@ Moments about(const Part& wrong, const Part& right) {
 
 } // namespace
 
-// Of headings from elsewhere so large a part is wrong, by any angle. It bounds what they count against motion to a dozen nats. One that
-// is right is believed alone: with a larger part its outliers alone would spread the heading by more than heading_found_rad.
+// Probability that an external heading is wrong by any angle. It limits the weight of external headings against motion to a dozen
+// nats. Chosen: with a larger value the uniform part alone would spread a correct heading by more than heading_found_rad.
 constexpr double wrong_share = 1e-4;
 
 Circle heading_on_circle(const double* m, const double S[2][2], const ToldHeading& told) {
     const double determinant = S[0][0] * S[1][1] - S[0][1] * S[0][1];
     if (!(determinant > 0)) return {std::atan2(m[1], m[0]), 0, 0, 0, {0, 0, 0}};
     const double likelihood =
-        (1 - wrong_share) / wrong_share * std::sqrt(2 * M_PI * told.information); // by that of the uniform part
+        (1 - wrong_share) / wrong_share * std::sqrt(2 * M_PI * told.information); // relative to the uniform part
     Distance distance{{m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant, told.alpha_rad, 0, 0};
     const Part wrong(distance);
     distance.information = told.information;

@@ -1,4 +1,4 @@
-// All corrections of one event, and what each of them leaves in the state.
+// All corrections of one event, and the monitors that each of them updates.
 #include "estimation/readiness.hpp"
 #include "ins/model.hpp"
 
@@ -29,7 +29,7 @@ void add_error(const double* error, State& s) {
 void Model::apply(State& s, Covariance& P, const double* error) const {
     const Vector3 turned_b = attitude(s).transpose() * vec(error + row_phi);
     if (is_free(s)) {
-        // Unknown biases in axes that are found to stand otherwise: a product of two errors, here it is noise.
+        // An attitude correction times an unknown bias is a product of two errors; it is added as noise.
         const Matrix3 turned = cross_matrix(turned_b);
         const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
         for (int i = 0; i < 3; ++i)
@@ -58,7 +58,7 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     if (c.scale > 1) ++s.inflated[m.channel];
     for (int k = 0; k < m.rows; ++k) {
         i.value[k] = m.r[k];
-        i.variance[k] = m.R[k] / m.scale; // as it was before a gate
+        i.variance[k] = m.R[k] / m.scale; // before inflation by a gate
         for (int a = 0; a < P.n; ++a) {
             if (m.H[k][a] == 0) continue;
             i.value[k] -= m.H[k][a] * mean[a];
@@ -69,13 +69,13 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
 
 } // namespace
 
-// How well the satellites and rests fit.
+// Updates the monitors with the innovation of GNSS or a rest.
 void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
     const Innovation& i = s.innovation[m.channel];
-    // Positions far off have jumped: gate and patience treat them. Velocities cannot jump for long.
+    // A position far off is a jump, which the gate and its patience handle. Velocities cannot jump for long.
     const bool jumped = m.channel == position && c.nis > m.rows * square(Consistency::far);
     if (m.channel != ins::rest) s.fit(m.channel).note(i.value, i.variance, m.rows, c.scale > 1, jumped, event.t_s);
-    // A single fix that lies far off is the gate's, and says nothing of the others.
+    // A single outlier is handled by the gate and does not change the mean NIS.
     if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
     note_strain(s, m.channel, c.nis / m.rows, event.t_s);
 }
@@ -99,7 +99,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         P = prior;
         return;
     }
-    // A difference is known to the rounding of what it was taken from: no variance is called smaller.
+    // A difference has the rounding error of its minuend: no variance is allowed to be smaller.
     constexpr double rounding = 1e-14;
     for (int i = 0; i < P.n; ++i) P[i][i] = std::fmax(P[i][i], rounding * prior[i][i]);
     note_innovation(s, event, m, prior, mean, c);
@@ -115,30 +115,30 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (is_free(s) && std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
-// An error that may have become larger by so much at this instant, whatever the others are.
+// Adds variance to a row, without correlation to others.
 void Model::widen(Covariance& P, int row, double variance) const {
     P[row][row] += variance;
     if (step_) step_->jumped(row, variance);
 }
 
-// A fix that is older says nothing of the present: three periods of a usual receiver.
+// Age up to which a fix is used by the monitors: three periods of a usual receiver.
 constexpr double fix_age_s = 3;
 
-// Limits of monitors are so many times larger before a heading is found: the linearisation is coarse. Chosen: with less, steps of biases
-// cost ships their starts.
+// Factor on the limits of monitors before the heading is found, because the linearisation is coarse. Chosen: with a smaller value the
+// monitor of bias steps delays the starts of ships.
 constexpr double coarse = 2;
 
-// Velocities judge where there are any: they show tilt, heading and biases, while positions have a slow error of their own.
+// Velocities are preferred for consistency tests: they observe tilt, heading and biases, while positions have a slow error of their own.
 bool Model::judges_velocity(const State& s, double now_s) {
     return is_within(now_s - s.last_s[velocity], fix_age_s) &&
            (s.refused_in_row[velocity] == 0 || s.contradiction.verdict == Contradiction::state_wrong);
 }
 
-// Factor by which innovations that have a mean do not fit; 1: they do.
+// Factor by which the bias of the innovations exceeds its limit; 1: consistent.
 double Model::misfit(const State& s, double now_s) const {
     constexpr double fastest = 4, grows_s = 1, lasts_s = 2;
-    // Biases of a consistency: what begins a doubt and what ends it. Over the long window the errors of the model, as a tilt that is bound to
-    // an unknown bias of the accelerometers, have a mean too: it counts by this part.
+    // Limits on Consistency::bias that begin and end an inconsistency. Over the long window model errors, such as a tilt that is
+    // correlated with an unknown accelerometer bias, have a mean too; that window is weighted by long_part.
     constexpr double begins = 20, ends = 3, long_part = 0.25;
     const bool by_velocity = judges_velocity(s, now_s);
     const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
@@ -146,19 +146,19 @@ double Model::misfit(const State& s, double now_s) const {
     const Consistency& fit = s.fit(by_velocity ? velocity : position);
     const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : claimed ? begins : coarse * begins);
     if (misfit > 1) return std::fmin(fastest, misfit);
-    // Where no velocities tell, the slow error of the positions may swallow what the state is wrong by: it has a size of its own.
+    // Without velocities the slow position error may absorb an error of the state; it must stay within its own sigma.
     const bool swallows =
         vec(s.in_t.colour).head<2>().norm() > usual_colour * s.slow_m[0] && has_passed(now_s - s.last_s[velocity], fix_age_s);
     return swallows ? 1 + s.window.length_s / grows_s : 1;
 }
 
-// Innovations that have a mean: something of the state is wrong, and its covariance too small. All that could explain it is known less well by
-// the factor by which they do not fit (fading memory, Zhou and Frank 1996), until they do: a heading lost so is searched again, a
-// tilt of which nothing is left is levelled. What had earned readiness before counts no longer.
+// Innovations with a significant mean: the state is wrong and its covariance too small. The sigmas of all rows that could explain it
+// grow by the misfit (fading memory, Zhou and Frank 1996) until the innovations fit. A heading lost in this way is searched again, a
+// lost tilt is levelled again. The information that readiness needs must be gathered again.
 void Model::doubt(State& s, Covariance& P, double now_s) const {
     constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30,
-                     late = 1; // what faults bring at the most: rad/s, m/s2, rad, m/s, s
-    // Once for each fix, at the event after it.
+                     late = 1; // largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s
+    // Evaluated once for each fix, at the event after it.
     if (s.phase != Phase::navigating || std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) < s.last_correction_s) return;
     const double factor = misfit(s, now_s);
     if (!(factor > 1)) return;
@@ -189,7 +189,7 @@ bool places_fit(const State& s, double usual_bias) {
 
 } // namespace
 
-// A sum of innovations against those of the positions, once velocities have been refused in a row.
+// Compares the integrated innovations of rejected velocities with the innovations of the positions.
 void Model::judge_velocity(State& s, const Event& event) {
     constexpr double sure = 6; // logarithm of the ratio of likelihoods: chosen, 400 to 1
     Contradiction& c = s.contradiction;
@@ -210,21 +210,21 @@ void Model::judge_velocity(State& s, const Event& event) {
     if (std::fabs(ratio) > sure) c.verdict = ratio > 0 ? Contradiction::state_wrong : Contradiction::velocity_wrong;
 }
 
-// Velocities that are refused say nothing of the state until positions that fit themselves have decided that it is wrong.
+// Rejected velocities are not used against the state until consistent positions have decided that the state is wrong.
 bool Model::is_contradicted(const State& s, int channel, double now_s) {
     const Contradiction::Verdict verdict = s.contradiction.verdict;
     return channel == velocity && is_within(now_s - s.last_s[position], fix_age_s) &&
            (verdict == Contradiction::velocity_wrong || (verdict == Contradiction::open && places_fit(s, usual_bias)));
 }
 
-// Of positions that contradict each other those are wrong that lasted for less.
+// Of two groups of positions that contradict each other the one that lasted longer is accepted.
 bool Model::first_were_wrong(const State& s, double now_s) {
     const double refused_s = s.refused_since_s[position];
     return refused_s - s.placed_s < now_s - refused_s;
 }
 
-// Whether what is refused has been for so long that it is believed. No error of satellites is as large as some kilometres: such positions are
-// another receiver's, or none. First positions have to last themselves before later ones are doubted for long.
+// Whether rejected samples have lasted long enough to be accepted. No GNSS error reaches kilometres: such positions are another
+// receiver's or invalid, and need more patience. The first positions of a start are defended no longer than they have lasted.
 bool Model::outlasts(const State& s, int channel, double off_m, double now_s) const {
     constexpr double in_row = 3, far_m = 5e3, longer = 8; // refusals; m; of the usual patience: chosen
     const double since_s = s.refused_since_s[channel];
@@ -239,8 +239,8 @@ void Model::note_refusal(State& s, int channel, bool refused, double now_s) {
     else if (std::isnan(s.refused_since_s[channel])) s.refused_since_s[channel] = now_s;
 }
 
-// A jump that is believed is an error of the satellites' position, or a velocity that has really changed. First positions that were off have
-// put the estimate where it is not.
+// Accepts a jump that has lasted: as an error of the GNSS position, or as a real change of velocity. If the first positions of a start
+// were wrong, the estimated position is wrong instead.
 void Model::believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const {
     int row = row_v;
     if (channel == position) {
@@ -255,16 +255,16 @@ void Model::believe_jump(State& s, Covariance& P, int channel, double off, doubl
 
 namespace {
 
-// Factor on the stated variance: learnt by aid; before the heading is known, and for rests, by how well all of them fit.
+// Factor on the stated variance: estimated for each aid; for rests, and before the heading is known, from the mean NIS of all aids.
 double noise_of(const State& s, int channel) {
     if (channel == ins::rest) return widened(s);
     const double learnt = s.fit(channel).noise;
-    return is_free(s) && !is_learnt(s, channel) ? widened(s) : learnt; // a coarse linearisation differs by more than noise
+    return is_free(s) && !is_learnt(s, channel) ? widened(s) : learnt; // a coarse linearisation adds errors that are not noise
 }
 
 } // namespace
 
-// A jump that lasts is believed. Before the heading is found it is rather the first fix that was wrong, and nothing but a few more can tell.
+// Accepts a jump that lasts. Before the heading is found the first fix may be the wrong one; only later fixes can decide.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
     constexpr double believed_when_free = 3, fresh_s = 10;
     if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= believed_when_free &&
@@ -284,8 +284,8 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     note_refusal(s, m.channel, s.innovation[m.channel].noise_scale > 1, event.t_s);
 }
 
-// Velocities that do not fit for long, or positions where there are none, say that the state is wrong, however small its
-// sigmas.
+// The state is wrong, however small its sigmas, if the NIS of velocities stays large, or that of positions where there are no
+// velocities.
 void Model::note_strain(State& s, int channel, double nis, double now_s) {
     constexpr double small = 4, largest = 10;
     const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
@@ -297,17 +297,18 @@ void Model::note_strain(State& s, int channel, double nis, double now_s) {
 
 void Model::begin_anew_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
-    if (s.phase == Phase::navigating && at_rest(s, now_s)) s.strained_since_s = nan; // judged by itself
+    if (s.phase == Phase::navigating && at_rest(s, now_s)) s.strained_since_s = nan; // rest has a monitor of its own
     if (s.first_was_wrong || has_passed(now_s - s.strained_since_s, patience_s)) begin_all_anew(s, now_s);
 }
 
-// Heading, tilt and biases: of all that was learnt nothing is kept. Where that has not helped for long, biases may be larger than their priors.
+// Starts again from the priors: nothing that was learnt is kept. If the last restart was a short time ago, the biases may exceed their
+// priors, which are widened.
 void Model::begin_all_anew(State& s, double now_s) const {
     constexpr double soon_s = 120, wider = 5, widest = 100;
     s.bias_doubt = is_within(now_s - s.anew_s, soon_s) && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_doubt) : 1;
     s.anew_s = now_s;
     ++s.times_lost;
-    // Motion that did not fit is the better witness against a compass.
+    // Motion contradicted the heading: the compass or the field may be wrong, so their variance is inflated.
     constexpr double more = 1e4, most = 1e8, fresh_s = 60;
     const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
     if (!s.first_was_wrong && is_within(now_s - compass_s, fresh_s)) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
@@ -330,7 +331,7 @@ void Model::begin_all_anew(State& s, double now_s) const {
     begin_levelling(s);
 }
 
-// Variances that are finite and positive, and a tilt about which the model is linear.
+// All variances are finite and positive, and the tilt is small enough for the linear model.
 bool Model::is_sound(const State& s, const Covariance& P) const {
     constexpr double largest_tilt = 1; // rad
     bool sound = plausible(s) && std::isfinite(vec(s.x).sum() + vec(s.x + 3).sum());
@@ -339,7 +340,8 @@ bool Model::is_sound(const State& s, const Covariance& P) const {
     return sound && std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) < largest_tilt * largest_tilt;
 }
 
-// Positions that drift away slowly drag the estimate along until their error is found to be too large for what they are: by about as much.
+// A slow drift of the positions moves the estimate along. When their slow error exceeds its usual size, the estimate is wrong by about
+// the same amount.
 void Model::admit_drift(State& s, Covariance& P) const {
     const double off_m = vec(s.in_t.colour).head<2>().norm();
     const bool beyond = off_m > usual_colour * s.slow_m[0];
@@ -350,9 +352,9 @@ void Model::admit_drift(State& s, Covariance& P) const {
         for (int i = 0; i < 2; ++i) widen(P, row + i, off_m * off_m);
 }
 
-// What is known of biases was gathered in t axes: a tilt and the bias of the accelerometers that looks like it are one direction which nothing
-// but a turn of the body resolves. When corrections turn the estimate, that direction stays in t (as in observability-constrained filters, Huang
-// et al. 2010); were it to stay in the body, corrections would seem to observe what they do not.
+// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns. When
+// corrections turn the estimate, that direction must stay in t (observability-constrained filters, Huang et al. 2010). If it stayed in
+// body axes, the corrections would seem to observe it.
 void Model::turn_biases(State& s, Covariance& P) {
     const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
     turn_rows(P, row_gyro, turn);
@@ -369,14 +371,14 @@ Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P
     return of;
 }
 
-// Biases that step, or are larger than their priors.
+// Widens biases that step, or that exceed their priors (estimation/constancy.hpp).
 void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
-    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // what faults bring at the most: chosen
+    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // largest steps of usual faults: chosen
     constexpr double sigmas = 4; // chosen: 6e-5 by chance
     const double limit = is_free(s) ? coarse * sigmas : sigmas;
     const AlmostConstant now = almost_constant(s, P);
     for (int i = 0; i < biases; ++i) {
-        // A heading that is wrong moves the bias of a gyroscope by the rate of the Earth at the most.
+        // A wrong heading moves the estimated gyro bias by at most the Earth rate, which is not counted as a step.
         const double smallest = i < 3 ? earth::rate_rad_s : 0, largest = i < 3 ? gyro_rad_s : accel_m_s2,
                      variance = now.variance[i];
         s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
@@ -385,7 +387,7 @@ void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, d
     }
 }
 
-// Since when the sigma of the heading has been below its limit.
+// Records the time since which the sigma of the heading has been below its limit.
 void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
     const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.doubted_s < now_s;
@@ -393,7 +395,7 @@ void Model::note_small_heading(State& s, const Covariance& P, double now_s) cons
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = now_s;
 }
 
-// Positions that were stated far too well have been followed too closely.
+// Positions whose stated sigma was far too small were weighted too much: widens the position to the usual slow error.
 void Model::admit_learnt_noise(State& s, Covariance& P) const {
     if (is_learnt(s, position)) {
         for (int i = 0; i < 3; ++i) {

@@ -1,21 +1,21 @@
-// The field of the Earth by a magnetometer. It tells of the heading alone: along the horizontal the field less that of the iron in the
-// body points to magnetic north,
+// The magnetic field of the Earth. A magnetometer observes the heading only: the horizontal field without that of the iron in the body
+// points to magnetic north,
 //     strength m - R iron = B(north) u + noise,
-// linear in what is unknown: the heading u, the iron, and the strength, which is 1 over that of the horizontal field. So a body that turns
-// tells its iron from the field, with its heading known or not. What is soft in the iron, or stands beside the way, is noise that stays
-// as it is for a while; a place where the field points elsewhere than the declination says is a slow error of its own.
+// which is linear in the unknowns: the heading u, the iron, and the strength, the inverse of the horizontal intensity. A body that turns
+// therefore separates its iron from the field, whether its heading is known or not. Soft iron and iron beside the road are noise that is
+// correlated over field_colour_s; the deviation of the local field from the declination is a slow error state of its own.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
 
-// As often as the filter corrects; of more samples the others are left out.
+// At the rate of the filter's corrections; samples in between are ignored.
 bool Model::wants_field(const State& s, const Event& event) const {
     if (!event.has(field) || !s.started()) return false;
     const double half_s = 0.5 * s.usual_interval_s;
     return has_lasted(event.t_s - s.field_used_s + half_s, options_.correction_interval_s);
 }
 
-// The first sample makes the unit: its horizontal part is about 1.
+// The first sample defines the unit: its horizontal part becomes about 1.
 void Model::begin_field(State& s, Covariance& P, const Event& event) const {
     if (s.field_unit > 0) return;
     const Vector3 m = vec(event.value[field]);
@@ -43,7 +43,8 @@ void Model::forget_field(State& s, Covariance& P) const {
 
 double Model::direction_kept(const State& s) const { return std::exp(-s.window.length_s / options_.field_direction_s); }
 
-// A body that has taken iron on board, or has come to where the field is another: until that is over it tells of turns, not of north.
+// Iron was attached to the body, or the local field changed. Until iron and direction are estimated again, the field observes turns
+// and not north.
 void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     double& since_s = s.refused_since_s[field];
     if (!std::isfinite(since_s) || !has_passed(now_s - since_s, options_.gate_longest_s)) return;
@@ -55,7 +56,7 @@ void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
     s.field_until_s = nan;
 }
 
-// What is not the field of a moment ago tells nothing, for as long as it is not believed.
+// A field that differs from that of a moment ago is rejected until it has lasted for gate_longest_s (accept_other_iron).
 bool Model::leaves_out_field(State& s, const Covariance& P, const Event& event) const {
     if (remembers_field(s, P, event)) return false;
     ++s.inflated[field];
@@ -71,14 +72,14 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     const Matrix3 R = attitude(s);
     const Vector3 measured = R * (s.field_unit * vec(event.value[field]));
     const Vector3 iron = R * vec(s.iron), left = s.strength * measured - iron;
-    // North and east are those of the place.
+    // North and east at the present place.
     const Matrix3 T = mat(s.axes);
     const Matrix3 N = is_free(s) ? Matrix3(mat(s.fix_axes)) : earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
     const double points = options_.declination_rad + s.direction;
     const Vector3 north = T.transpose() * (N * Vector3(std::cos(points), std::sin(points), 0));
     const double B[2][2] = {{north[0], north[1]}, {north[1], -north[0]}};
     const double expected[2] = {B[0][0] * s.u[0] + B[0][1] * s.u[1], B[1][0] * s.u[0] + B[1][1] * s.u[1]};
-    const double across[2] = {-expected[1], expected[0]}; // by a turn of the one against the other
+    const double across[2] = {-expected[1], expected[0]}; // derivative by a rotation about the vertical
     Measurement m{field};
     m.rows = 2;
     const double tilt2 = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) * left[2] * left[2];
@@ -92,7 +93,7 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
         m.r[i] = expected[i] + iron[i] - s.strength * measured[i];
     }
     gate_given_heading(s, P, m);
-    // Judged as one sample; what it adds to those before it is less.
+    // The gate uses the noise of one sample; the correction uses its share of the correlation time.
     for (double& r : m.R) r *= std::fmax(1, options_.field_colour_s / (event.t_s - s.field_used_s));
     s.field_used_s = event.t_s;
     use(s, P, event, m);

@@ -1,11 +1,12 @@
-// A heading from elsewhere: a compass, two antennas. Its error stays as it is for a while, so that many of them tell no more than one.
+// An external heading, from a compass or two antennas. Its error is correlated in time (heading_colour_s), so many samples within
+// that time have the weight of one.
 #include "estimation/gate.hpp"
 #include "ins/model.hpp"
 
 namespace hnav::ins {
 namespace {
 
-// Once motion has told the heading, headings that agree with it earn trust again.
+// When motion has determined the heading, external headings that agree with it reduce the inflation of their variance.
 void note_agreement(State& s, double off, double variance, double sigma2) {
     constexpr double agrees = 4, memory = 50;
     if (!(variance < sigma2)) return;
@@ -34,7 +35,7 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
         m.nis = m.r[0] * m.r[0] / (known + variance);
         const double over = beyond_gate(m.nis, limit);
         m.scale = over * over;
-        // Judged as one heading; what it adds to those before it is less.
+        // The gate uses the variance of one sample; the correction uses its share of the correlation time.
         m.R[0] *= m.scale / share;
         m.gated = false;
         use(s, P, event, m);

@@ -1,4 +1,4 @@
-// Height by the pressure of the air: the offset from the standard atmosphere is learnt from the satellites.
+// Barometric height. Its offset from the standard atmosphere is a state that GNSS positions determine.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -8,8 +8,8 @@ void Model::correct_pressure(State& s, Covariance& P, const Event& event) const 
     const double height = earth::pressure_height_m(z[0]);
     const earth::Place place = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
     const Vector3 up = -vec(s.gravity).normalized();
-    // Of the first sample nothing is known but that the weather is somewhere between its extremes; and where the height is known no
-    // better, not even that.
+    // At the first sample the offset is known to the range of weather only. If the height is known no better than that, the sample
+    // contains no information.
     if (std::isnan(s.offset)) {
         constexpr double weather_m = 300;
         if (up.dot(P.block(row_d, row_d) * up) > weather_m * weather_m) return;

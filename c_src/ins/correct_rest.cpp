@@ -1,10 +1,10 @@
-// The body stands: it has no velocity, and does not turn about the vertical.
+// Rest: zero velocity, and no rotation about the vertical.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
 
-// What stands and what glides look the same to an IMU, so that a speed has to be small too: that of the satellites while
-// it is fresh, else the own one while it is known. A body whose place was given and that no aid speaks of stands, even if it sways.
+// An IMU cannot distinguish rest from constant velocity, so the speed must be small too: the GNSS speed while it is fresh, otherwise
+// the estimated speed while its sigma is small. A body with a given place and without aids is at rest, even if it sways.
 bool Model::at_rest(const State& s, double now_s) const {
     constexpr double slow_m_s = 0.3, slowest_m_s = 0.6, fresh_s = 2, known_m_s = 1;
     if (is_within(now_s - s.last_s[ins::rest], fresh_s)) return true;
@@ -18,8 +18,8 @@ bool Model::at_rest(const State& s, double now_s) const {
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
 }
 
-// A rest that was a glide has held velocity and position back meanwhile; so has one from which a body departs gently, and a tilt has been
-// estimated in the place of its acceleration. Where satellites tell no velocities their positions lead away.
+// While a slow glide or a gentle departure was taken for rest, velocity and position were wrongly held, and the acceleration was
+// estimated as tilt. Widens these states by what was missed. Without GNSS velocities, positions that move away show the glide.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     constexpr double far = 5, silent_s = 60, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(options_)) return;
@@ -29,8 +29,8 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     if (s.glide.always.shows()) {
         speed = s.glide.always.speed_m_s();
         way = speed * stood_s;
-    } else if (s.glide.lately.shows()) {
-        speed = s.glide.lately.speed_m_s();
+    } else if (s.glide.recent.shows()) {
+        speed = s.glide.recent.speed_m_s();
         since_s = std::fmin(departs_s, stood_s);
         way = speed * since_s;
     } else if (alone && moved_m > far * s.slow_m[0]) {
@@ -58,7 +58,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     still.rows = 3;
     still.put(0, row_v, Matrix3::Identity());
     const double sigma = told ? event.value[ins::rest][0] : options_.rest_velocity_noise_m_s;
-    // A body that comes to rest creeps for some seconds more.
+    // A body that comes to rest moves slowly for a few more seconds.
     constexpr double creeps_m_s = 0.2, settles_s = 1;
     const double stood_s = s.rest.still(options_) ? s.rest.still_s : s.rest.swaying_s;
     const double creep = told ? 0 : creeps_m_s * std::exp((options_.rest_duration_s - stood_s) / settles_s);
@@ -66,7 +66,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     vec(still.r) = -vec(s.x + 3);
     use_absolute(s, P, event, still);
 
-    // The mean rate about the vertical is that of the Earth and a bias. The rates about the horizontal have told through the
+    // The mean rate about the vertical is the Earth rate plus a bias. The horizontal rates have corrected the biases through the
     // tilt already, with the same noise.
     const double T = s.window.length_s;
     if (!(T > 0)) return;
@@ -77,7 +77,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     steady.H[0][row_phi + 1] = -rate[0];
     const Vector3 vertical_b = attitude(s).row(2).transpose();
     for (int i = 0; i < 3; ++i) steady.H[0][row_gyro + i] = -vertical_b[i];
-    // What sways turns to and fro by what the detector saw.
+    // A swaying body rotates by the rate that the rest detector measured.
     steady.R[0] =
         (square(options_.gyro_noise_rad_per_sqrt_s) + square(options_.rest_rate_noise_rad_per_sqrt_s)) / T + s.rest.rate2 / 3;
     steady.r[0] = s.earth_rate[2] - rate[2];

@@ -1,4 +1,4 @@
-// Velocity and position by satellites, at their time of validity.
+// GNSS velocity and position, at their time of validity.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -15,8 +15,8 @@ void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turn
 
 } // namespace
 
-// What changes so fast is told as it was a latency ago. Receivers smooth the vertical more than the horizontal, so that it is late by itself:
-// it tells nothing of the latency.
+// A fix is late by the latency: a quantity that changes at this rate is measured as it was then. Receivers smooth the vertical channel
+// more than the horizontal ones, which adds a delay of its own, so the vertical does not observe the latency.
 void Model::put_latency(Measurement& m, const Vector3& change) const {
     for (int i = 0; i < 2; ++i) m.H[i][row_latency] = -change[i];
     m.R[2] += options_.start_sigma_latency_s * options_.start_sigma_latency_s * change[2] * change[2];
@@ -31,7 +31,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     }
     Measurement m{velocity};
     m.rows = std::isnan(value[2]) ? 2 : 3;
-    // North and east are those of the receiver's own place.
+    // North and east at the receiver's place.
     const Matrix3 T = mat(s.axes);
     const double* fix = event.value[position];
     Matrix3 N = mat(s.fix_axes);
@@ -50,7 +50,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
-        // The latency times a velocity of unknown direction is a product: here it is noise.
+        // The latency times an acceleration of unknown direction is a product of errors; it is added as noise.
         for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * a.squaredNorm();
     } else {
         put_latency(m, a);

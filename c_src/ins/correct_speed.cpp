@@ -1,19 +1,20 @@
-// Speed along the body, and what wheels forbid. While the heading is unknown so is the direction of the estimated velocity in the body. The wheels
-// measure that of a car: rows are linearised about their velocity, so that no heading is assumed.
+// Wheel speed along the body, and the constraint that a car does not move across its wheels. While the heading is unknown the
+// direction of the estimated velocity in the body is unknown too. Rows are then linearised about the velocity that the wheels
+// measure, so that no heading is assumed.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
 namespace {
 
-// The velocity of the wheels' contact in body axes, and its rows.
+// Velocity of the contact point of the wheels in body axes, and its Jacobian.
 struct AtWheels {
     Matrix3 by_velocity, by_turn, by_gyro;
     Vector3 v_b;
     double turning, gain; // rate about z, acceleration along x
-    double forward; // of the velocity about which rows are linearised
-    double place2; // variance of where the wheels are in the body: who has not measured it does not tell it
+    double forward; // speed about which the rows are linearised
+    double place2; // variance of the wheels' place in the body; an option of 0 means that it was not measured
 
-    // forward_m_s: told by the wheels; NaN: as estimated.
+    // forward_m_s: measured by the wheels; NaN: use the estimate.
     AtWheels(const State& s, const Vector3& wheel_b, double forward_m_s) {
         constexpr double told_m = 0.1, untold_m = 1;
         const Matrix3 R = attitude(s);
@@ -39,11 +40,12 @@ struct AtWheels {
 
 } // namespace
 
-// Wheels that drive slip as they gain speed, and what they count is told late by what nobody knows. A car is half as wide as it is long.
+// Driven wheels slip during acceleration, and wheel speed has an unknown latency (late_s). The sideways place of the wheels has half
+// the sigma of the lengthwise one, because a car is half as wide as it is long.
 void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     const double* z = event.value[speed];
     const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? z[0] : nan);
-    if (is_free(s) && !(options_.car_across_m_s > 0)) return; // what moves across too
+    if (is_free(s) && !(options_.car_across_m_s > 0)) return; // the body may move sideways
     Measurement m{speed};
     m.rows = 1;
     at.put(m, 0, 0);
@@ -55,8 +57,8 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     use(s, P, event, m);
 }
 
-// A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns. On its springs it
-// pitches against the way it goes, for some seconds at a time: as many corrections weigh as one.
+// A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns. The suspension
+// lets the body pitch against the direction of travel for springs_s, so corrections within that time have the weight of one.
 void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     const bool told = has_new(s, event, speed);
     if (!(options_.car_across_m_s > 0) || (is_free(s) && !told)) return;
@@ -66,7 +68,7 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     m.rows = 2;
     at.put(m, 0, 1);
     at.put(m, 1, 2);
-    // In axes that the state has found to be turned in the body.
+    // In the car's axes, by the estimated mounting angles.
     Measurement ahead{speed};
     at.put(ahead, 0, 0);
     for (int j = 0; j < errors; ++j) {

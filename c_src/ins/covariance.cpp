@@ -1,4 +1,4 @@
-// How errors grow: samples gather it at their own times, and the covariance follows a few times a second.
+// Growth of errors: gathered at every sample, applied to the covariance a few times a second.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -15,12 +15,12 @@ namespace {
 
 constexpr double small_m_s2 = 0.1, longest_s = 1;
 
-// Time over which vibration is averaged away to something small.
+// Averaging time that reduces vibration to small_m_s2.
 double mean_force_over_s(const State& s) {
     return std::fmin(longest_s, s.held.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
-// The part of a force in t, a mean over so long, by which errors of the attitude become those of the velocity.
+// The part of the force in t, averaged over over_s, that turns attitude errors into velocity errors.
 Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
     const double noise2 = 2 * s.held.vibration_force2 * s.usual_interval_s;
     if (!(noise2 > 0)) return raw;
@@ -32,8 +32,8 @@ Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
 
 } // namespace
 
-// An accelerometer that vibrates shows forces which move nothing. To take them for forces, by which a wrong heading would show in
-// the velocity, tells of the heading with every sample what nobody knows.
+// Vibration of an accelerometer is force that causes no motion. Used as force in the transition, it would make the heading look
+// observable although it is not.
 void Model::note_mean_force(State& s, const Vector3& force, double interval_s) const {
     constexpr double memory_s = 10;
     const double T = interval_s;
@@ -44,7 +44,7 @@ void Model::note_mean_force(State& s, const Vector3& force, double interval_s) c
 
 namespace {
 
-// An axis that is stuck or saturated shows no force by which a wrong attitude would show in the velocity.
+// A stuck or saturated axis measures no force, so it cannot make an attitude error observable in the velocity.
 Vector3 shown_force(const State& s) {
     Vector3 force = specific_force(s);
     for (int i = 0; i < 3; ++i)
@@ -54,7 +54,7 @@ Vector3 shown_force(const State& s) {
 
 } // namespace
 
-// The interval that has just been crossed, at its middle.
+// Gathers the interval since the last event, evaluated at its middle.
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
     Window& w = s.window;
@@ -173,14 +173,14 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
         decay(P, mean, row_colour + i, colour.kept[i]);
         P[row_colour + i][row_colour + i] += colour.grown[i];
     }
-    // The weather does not come back to what the standard says: a random walk as fast as told.
+    // Deviations from the standard atmosphere do not decay: they are a random walk with the given rate.
     P[row_offset][row_offset] += 2 * options_.pressure_colour_m * options_.pressure_colour_m * T / options_.pressure_colour_s;
     if (P.n == errors) spoil_field(s, P, mean);
     add_noise(s, P);
     turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
 }
 
-// Iron and the strength of the field wander; where the field points comes and goes with the place.
+// Iron and strength of the field are slow random walks; the direction of the field is a first-order process over the place.
 void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
     constexpr double walk = 1e-3;
     const double kept = direction_kept(s), off = options_.field_direction_rad;
@@ -189,8 +189,8 @@ void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
     for (int row = row_iron; row <= row_strength; ++row) P[row][row] += walk * walk * s.window.length_s;
 }
 
-// A heading that is being lost, by an unknown rate, turns the error of the tilt along: the mean over a Gaussian turn of this variance, exact
-// for the two axes, so that a tilt that is turned about for long does not grow.
+// A heading drift of unknown rate also rotates the tilt error. Averages the tilt covariance over a Gaussian rotation of this variance
+// (exact for the two axes), so that a long rotation does not make the tilt error grow.
 void Model::turn_tilt(Covariance& P, double lost) {
     if (!(lost > 0)) return;
     const double a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1], c = P[row_phi][row_phi + 1];
@@ -202,8 +202,8 @@ void Model::turn_tilt(Covariance& P, double lost) {
     P[row_phi][row_phi + 1] = P[row_phi + 1][row_phi] = (1 - 2 * swapped) * c;
 }
 
-// What a receiver states is mostly an error that stays for a while: averaging many fixes does not take it away. Who states a small part of
-// what is usual has corrections by carrier phase, or cameras for satellites, and is believed. With an option of 0 all of it is noise.
+// The accuracy that a receiver reports is mostly a slowly varying error, which averaging does not reduce. A sigma below `sharp` of the
+// usual slow error is used as stated: carrier phase, or cameras instead of GNSS. With an option of 0 all of it is white noise.
 constexpr double sharp = 0.1;
 
 double Model::slow_sigma(double stated_m, bool vertical) const {
@@ -212,7 +212,7 @@ double Model::slow_sigma(double stated_m, bool vertical) const {
     return stated_m < sharp * usual ? stated_m : std::fmax(usual, stated_m);
 }
 
-// The slow error shrinks with what is stated, and grows towards it: one bad fix is noise, many are not.
+// The sigma of the slow error follows a smaller stated sigma at once and a larger one gradually: one bad fix is noise, many are not.
 void Model::note_stated(State& s, const Event& event) const {
     constexpr double grows_s = 10;
     if (!has_new(s, event, position) || !(s.window.length_s > 0)) return;
@@ -226,8 +226,7 @@ void Model::note_stated(State& s, const Event& event) const {
     }
 }
 
-// Satellites whose error is found to be larger than they are said to have may have any of that size, and it does not go away
-// by itself.
+// If the estimated slow error exceeds its usual size, its prior is widened to that size and it no longer decays.
 Model::Colour Model::colour_of(const State& s, const double* mean) const {
     const Vector3 error = vec(s.in_t.colour) + vec(mean + row_colour);
     const double size[] = {error.head<2>().norm(), std::fabs(error[2])};
@@ -243,13 +242,13 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
     return c;
 }
 
-// Of the force: noise of the sensor, or what vibrates.
+// Power spectral density of the force noise: that of the sensor, or vibration.
 double Model::force_psd(const State& s) const {
     return std::fmax(square(options_.accel_noise_m_s_per_sqrt_s),
                      options_.vibration_share * s.usual_interval_s * s.held.vibration_force2);
 }
 
-// Of a turn about one axis over the window, likewise.
+// Variance of the rotation about one axis over the window, likewise.
 double Model::turn_variance(const State& s) const {
     const double psd = std::fmax(square(options_.gyro_noise_rad_per_sqrt_s),
                                  options_.vibration_share * s.usual_interval_s * s.held.vibration_rate2);
@@ -259,7 +258,7 @@ double Model::turn_variance(const State& s) const {
 void Model::add_noise(const State& s, Covariance& P) const {
     const Window& w = s.window;
     const double T = w.length_s, accel = force_psd(s) * T, gyro = turn_variance(s);
-    // Axes that are askew show the rate about the other two: a bias for as long as the body turns alike.
+    // Misaligned axes measure a share of the rate about the other two: a bias for as long as the body turns steadily.
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
     const Vector3 across = square(options_.gyro_scale) * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
     const Matrix3 R = attitude(s);

@@ -1,4 +1,4 @@
-// Before anything acts on an event: samples that cannot be are treated as missing, and axes at fault cost certainty.
+// Before an event is used: implausible samples are treated as missing, and faulty axes add uncertainty.
 #include "ins/model.hpp"
 
 #include "maths/square.hpp"
@@ -7,15 +7,15 @@
 
 namespace hnav::ins {
 
-// By force, rate or velocity: what repeats a value meanwhile is at fault.
+// The body moves by force, rate or velocity. A sensor that repeats a value meanwhile is faulty.
 bool Model::moves(const State& s) const {
-    constexpr double turning_rad_s = 0.02, goes_m_s = 1; // more than a bias; what goes does not stand still
+    constexpr double turning_rad_s = 0.02, goes_m_s = 1; // more than a bias; faster than any rest
     const bool goes = s.started() && vec(s.x + 3).squaredNorm() > goes_m_s * goes_m_s;
     return goes || s.rest.force2 > options_.rest_force_m_s2 * options_.rest_force_m_s2 ||
            (vec(s.held.rate) - vec(s.gyro_bias)).norm() > turning_rad_s;
 }
 
-// The body has a speed, or has gained one since the position last changed.
+// The body moves, or has gained speed since the position last changed.
 bool Model::has_gone(const State& s, double now_s) {
     constexpr double least_m_s = 1, sure = 5; // sigmas
     const auto beyond = [](double size, double variance) { return size > std::fmax(least_m_s, sure * std::sqrt(variance)); };
@@ -25,8 +25,8 @@ bool Model::has_gone(const State& s, double now_s) {
            beyond(gained, square(over_s) * (by_tilt + larger_variance(s, row_accel)));
 }
 
-// A position that is the last one bit for bit is stale where the velocity repeated with it is none of a body that stands, or where the body
-// goes, or is elsewhere: a receiver or a logger repeats both, or has none. A velocity alone may be constant.
+// A position that equals the previous one bit for bit is stale if the repeated velocity is not that of rest, if the body moves, or if
+// the position is far away: receivers and loggers repeat both when they have no fix. A velocity alone may be constant.
 void Model::note_stale(State& s, const Event& event, bool elsewhere) {
     bool equal[2] = {};
     for (const int channel : {velocity, position}) {
@@ -48,21 +48,21 @@ void Model::note_stale(State& s, const Event& event, bool elsewhere) {
     if (equal[0]) s.rejected |= std::uint64_t{1} << velocity;
 }
 
-// No error of satellites is as large as some kilometres: this is another receiver's fix, or none, and a velocity that is refused with it is
-// wrong.
+// No GNSS error reaches kilometres: such a position is another receiver's fix or an invalid one, and the velocity of the same fix is
+// wrong too.
 bool Model::is_elsewhere(const State& s, const Event& event) const {
     constexpr double far_m = 5e3; // chosen: above every error of a receiver that has a fix
     if (!s.started() || !s.has(event, position)) return false;
     const double* p = event.value[position];
-    // While the heading is unknown so is the direction of the displacement.
+    // While the heading is unknown the direction of the displacement is unknown too.
     const double turned2 = is_free(s) ? 4 * vec(s.x).squaredNorm() : 0;
     const Vector3 off = earth::position_of({p[0], p[1], p[2]}) - vec(s.anchor_e) - mat(s.axes) * (vec(s.x) + vec(s.in_t.colour));
     return off.squaredNorm() > square(far_m) + larger_variance(s, row_d) + turned2 &&
            !outlasts(s, position, off.norm(), event.t_s);
 }
 
-// Rate and force come as one sample: it is missing as a whole where one of them is an outlier. A stuck or saturated axis is used as
-// it stands, because nothing better is known, and what it has not shown is noise.
+// Rate and force are one sample: an outlier in one of them rejects both. The value of a stuck or saturated axis is used, and the
+// motion that it may have missed is added as noise.
 void Model::examine(State& s, const Event& event) const {
     constexpr double turns_rad_s = 0.2; // more than a body at rest does
     s.rejected = 0;
@@ -75,7 +75,7 @@ void Model::examine(State& s, const Event& event) const {
         return sensor == checked_mag ? has_field : has_imu;
     };
     const auto interval_s = [&](int sensor) { return event.t_s - s.last_s[sensor == checked_mag ? field : imu]; };
-    // After a gap the body may have changed by as much more as the gap is longer.
+    // The allowed change of a sample grows in proportion to the gap before it.
     const double longer = s.usual_interval_s > 0 ? std::fmax(1, interval_s(checked_gyro) / s.usual_interval_s) : 1;
     for (const int sensor : {checked_gyro, checked_accel}) limits.of[sensor].outlier *= longer;
     const Examined found = hnav::examine(s.check, limits.of, event.t_s, moves(s), rate.squaredNorm() > turns_rad_s * turns_rad_s,
@@ -88,16 +88,16 @@ void Model::examine(State& s, const Event& event) const {
     if (s.check[checked_accel].fault == SensorFault::outlier) note_knock(s, vec(event.value[imu] + 3), interval_s(imu));
 }
 
-// A single sample of the force far from its neighbours is a fault of the sensor or a knock, which nothing tells apart: it is left out,
-// and the gain of velocity that it stood for is uncertain. Of a hand that is tapped 15 times a minute the heading is off by 1.6 deg
-// so, without this by 27.
+// A single force sample far from its neighbours is a sensor fault or a knock, which cannot be distinguished. It is rejected, and the
+// velocity that it would have added becomes uncertain. In simulated hands with 15 taps a minute the heading error is 1.6 deg, without
+// this 27 deg.
 void Model::note_knock(State& s, const Vector3& force, double interval_s) const {
     constexpr double largest_m_s2 = 160, share = 0.5; // 16 g, the range of usual sensors; probability of a knock
     const Vector3 change = (force - vec(s.held.force)).cwiseAbs().cwiseMin(largest_m_s2);
     for (int i = 0; i < 3; ++i) s.window.lost_gain2[i] += share * square(change[i] * interval_s);
 }
 
-// One error for as long as a fault lasts, as large as vehicles turn and accelerate.
+// The error is constant for as long as the fault lasts, with the size of usual turns and accelerations of vehicles.
 void Model::note_lost(State& s, double t_s, double interval_s) const {
     constexpr double turn_rad_s = 0.2, gain_m_s2 = 2, share = 0.5; // share: of what the axis shows, where it is at its end
     if (!(interval_s > 0) || !std::isfinite(interval_s)) return;
@@ -110,7 +110,7 @@ void Model::note_lost(State& s, double t_s, double interval_s) const {
     lost(s.check[checked_accel], s.held.force, gain_m_s2, s.window.lost_gain2);
 }
 
-// The position stays: were it wide, the next fix would be taken as it comes, an outlier too.
+// The sigma of the position is kept: a wide one would accept the next fix unchecked, even an outlier.
 void Model::widen_after_clock_jump(State& s) const {
     constexpr double velocity_m_s = 5; // chosen: a firm brake for a second or two
     Covariance P = Covariance::of(s);

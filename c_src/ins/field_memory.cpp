@@ -1,7 +1,7 @@
-// Whether a field is still that of a moment ago. Seen in axes that the gyroscopes hold the field of the Earth stays as it is, in size and dip
-// and, as far as the gyroscopes tell, in direction; that of the iron turns with the body. None of this needs the heading, nor the strength of
-// the field: where an unknown strength may be anything, a sample that is judged by the equation of correct_field.cpp fits by making the
-// strength of all samples small. So what has changed by itself is seen while nothing is known yet, and a false field does not get in.
+// Tests whether the field is still that of a moment ago. In axes held by the gyroscopes the field of the Earth is constant in intensity,
+// dip and direction; the field of the body's iron turns with the body. The test needs neither the heading nor the intensity. The
+// equation of correct_field.cpp alone would accept any field while the intensity is unknown, because a fit that shrinks the
+// strength explains every sample. This test rejects such a field from the start.
 #include "ins/model.hpp"
 #include "maths/cholesky.hpp"
 
@@ -19,10 +19,10 @@ void turn_field(State& s, const Matrix3& C) {
     axes_then(s) = Matrix3(C * axes_then(s));
 }
 
-// In units of the horizontal field: strength (m - m0) - (R - R0) iron. If nothing but the body has turned, m - m0 is (R - R0) iron / strength,
-// so an error of the strength counts as far as it changes the iron that fits. Noise in what is measured draws the strength of a body that
-// has not turned towards 0; but with iron or without, hardly a field is weaker than the horizontal part of that of the Earth, and the iron is
-// the one that goes with that.
+// NIS of the change, in units of the horizontal field: strength (m - m0) - (R - R0) iron. If only the body has turned, m - m0 is
+// (R - R0) iron / strength, so an error of the strength acts only through the iron estimated with it. Measurement noise biases the
+// strength of a body that has not turned towards 0. The strength used here is therefore at least 1 / |m0|, with the iron that
+// corresponds to it: a field is rarely weaker than the horizontal field of the Earth.
 double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& measured, double age_s) const {
     const Vector3 before = vec(s.in_t.field);
     const Matrix3 R = attitude(s), turned = R - axes_then(s);
@@ -31,8 +31,8 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
     const Vector3 iron = vec(s.iron) + (strength - s.strength) / known * with_strength, share = iron / strength;
     const Matrix3 both = with_strength * share.transpose();
     const Matrix3 unknown = P.block(row_iron, row_iron) - both - both.transpose() + known * share * share.transpose();
-    const Matrix3 drift = age_s * strength * cross_matrix(before) * R; // by an error of the gyroscopes
-    // What is soft in the iron acts on the whole field as the body turns.
+    const Matrix3 drift = age_s * strength * cross_matrix(before) * R; // by gyroscope bias
+    // Soft iron acts on the whole field as the body turns.
     const double aside = std::fmax(1, strength * before.head<2>().norm());
     const double noise2 = options_.field_noise * options_.field_noise *
                           (aside * aside + strength * strength * before.squaredNorm() * turned.squaredNorm() / 3);
@@ -43,10 +43,10 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
     return factor.positive() ? change.dot(factor.solve<1>(change)) : 0;
 }
 
-// False: this is another field. Once one was, only a field that fits as well as by chance is the old one: a body that turns meanwhile, with
-// iron that nobody knows, would let it fade into what the gate lets through.
+// Returns false for a different field. After a rejection the limit is the mean of chi-square instead of the gate: otherwise a body
+// that turns with unknown iron would gradually widen the test until the gate accepts the different field.
 bool Model::remembers_field(State& s, const Covariance& P, const Event& event) const {
-    constexpr double by_chance = 3; // the mean of chi square, of three values
+    constexpr double by_chance = 3; // mean of chi-square with three degrees of freedom
     const double over_s = options_.field_colour_s, since_s = event.t_s - s.field_until_s;
     const bool refused = std::isfinite(s.refused_since_s[field]);
     const Vector3 measured = attitude(s) * (s.field_unit * vec(event.value[field]));

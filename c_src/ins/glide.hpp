@@ -1,14 +1,14 @@
-// A body that glides evenly.
+// Detects a body that moves at constant velocity while its IMU shows rest.
 #pragma once
 
 #include <cmath>
 
 namespace hnav::ins {
 
-// What glides evenly looks as still as what stands, but the satellites' velocities have a mean, which many of them tell even where
-// each is smaller than its sigma.
+// An IMU cannot distinguish constant velocity from rest. The mean of many GNSS velocities can, even if each of them is smaller than
+// its sigma.
 struct Glide {
-    static constexpr double alike_s = 1, lately_s = 2; // errors within alike_s are the same
+    static constexpr double alike_s = 1, recent_s = 2; // errors within alike_s are fully correlated
 
     struct Mean {
         static constexpr double limit = 20, least_m_s = 0.02; // chi-square of two
@@ -23,9 +23,9 @@ struct Glide {
         bool shows() const { return speed_m_s() > least_m_s && speed_m_s() * speed_m_s() * weight > limit; }
     };
 
-    Mean always, lately; // since it began, and of the last seconds
+    Mean always, recent; // since the start of the rest, and over the last seconds
     double began_s, last_s;
-    double jumped, rested, found; // 1: so it was since it began; rested: what stands has corrected
+    double jumped, rested, found; // flags since the start of the rest; rested: a zero-velocity correction was made
 
     void begin(double t_s) {
         *this = {};
@@ -34,7 +34,7 @@ struct Glide {
     void note(double t_s, const double* velocity, double sigma_m_s) {
         const double since_s = t_s - last_s, share = std::fmin(1, since_s / alike_s) / (sigma_m_s * sigma_m_s);
         always.note(velocity, share, 1);
-        lately.note(velocity, share, std::exp(-since_s / lately_s));
+        recent.note(velocity, share, std::exp(-since_s / recent_s));
         last_s = t_s;
     }
 };

@@ -1,4 +1,4 @@
-// At an event: what has been crossed is gathered, and samples correct.
+// At an event: the error growth of the interval is gathered, then the samples correct the state.
 #include "ins/model.hpp"
 
 namespace hnav::ins {
@@ -21,7 +21,7 @@ void note_times(State& s, const Event& event) {
 
 } // namespace
 
-// The interval since the last event.
+// Processes the interval since the last event.
 void Model::cross(State& s, const Event& event) const {
     const double since_s = event.t_s - s.last_event_s;
     if (!(since_s > 0) || !std::isfinite(since_s)) return;
@@ -31,7 +31,7 @@ void Model::cross(State& s, const Event& event) const {
     put_gravity(s);
 }
 
-// What detectors look at.
+// Updates the rest and glide detectors and the GNSS speed.
 void Model::note(State& s, const Event& event) const {
     if (has_new(s, event, imu)) {
         const double T = event.t_s - s.last_s[imu];
@@ -47,7 +47,7 @@ void Model::note(State& s, const Event& event) const {
     s.speed_known_m_s = std::hypot(z[0], z[1]);
     s.speed_sigma_m_s = std::fmax(z[3], z[4]);
     s.speed_known_s = event.t_s;
-    // One that lies far off is no glide.
+    // A velocity far from 0 does not belong to a glide.
     constexpr double fastest_m_s = 0.6;
     if (still && s.speed_known_m_s < std::fmax(fastest_m_s, 4 * s.speed_sigma_m_s)) s.glide.note(event.t_s, z, s.speed_sigma_m_s);
 }
@@ -62,7 +62,7 @@ void Model::try_start(State& s, const Event& event) const {
 
 void Model::jump(State& s, const Event& event) const {
     if (s.gap_too_long && s.started()) {
-        // Nobody knows where the body went meanwhile; what was learnt of the sensors stays.
+        // The motion during the gap is unknown. The sensor errors stay as estimated.
         ++s.times_lost;
         begin_levelling(s);
     }
@@ -73,7 +73,7 @@ void Model::jump(State& s, const Event& event) const {
     }
     note(s, event);
     if (!s.started()) level(s, event);
-    // From here on the new sample acts, when it is held forward.
+    // With forward hold the new sample acts from here on.
     if (!holds_backward(options_) && has_new(s, event, imu)) hold(s, event);
     if (s.started()) {
         const double half_s = s.has(event, imu) ? 0.5 * s.usual_interval_s : 0;

@@ -1,4 +1,4 @@
-// What a sample says of the errors, r = H error + noise, and the covariance that it corrects.
+// A linear measurement of the errors, r = H error + noise, and the covariance that it corrects.
 #pragma once
 
 #include "ins/state.hpp"
@@ -10,15 +10,15 @@ namespace hnav::ins {
 
 constexpr int row_length = 34; // even, so that rows are aligned
 
-// Calls f with the number of rows that are used, as a constant: loops of a known length are faster.
+// Calls f with the number of used rows as a compile-time constant, because loops of known length are faster.
 template <class F>
 auto with_rows(int n, F f) {
     if (n == errors) return f(std::integral_constant<int, errors>{});
     return f(std::integral_constant<int, errors_without_field>{});
 }
 
-// The whole matrix, symmetric; plain loops over it compile in no time and run as fast as products of fixed size. Of its rows the first n
-// are used.
+// The whole symmetric matrix; its first n rows are used. Plain loops over it compile quickly and are as fast as matrix products of
+// fixed size.
 struct Covariance {
     alignas(16) double P[errors][row_length];
     int n;
@@ -42,7 +42,7 @@ struct Covariance {
         });
         ++s.seldom_changes;
     }
-    // More rows, of which nothing is unknown.
+    // Adds rows of zero variance.
     void extend(int rows) {
         for (; n < rows; ++n)
             for (int j = 0; j <= n; ++j) P[n][j] = P[j][n] = 0;
@@ -65,7 +65,7 @@ struct Covariance {
     }
 };
 
-// A vector of the state is told in axes turned by C.
+// Expresses the rows of a vector in axes turned by C.
 void turn_rows(Covariance& P, int row, const Matrix3& C);
 
 struct Measurement {
@@ -74,7 +74,7 @@ struct Measurement {
     alignas(16) double H[3][row_length] = {};
     double r[3] = {}, R[3] = {}; // residual, variance of its noise
     bool gated = true;
-    double nis = -1, scale = 1; // what a gate before this one has found; negative: there was none
+    double nis = -1, scale = 1; // result of an earlier gate; nis negative: there was none
 
     void put(int row, int column, const Matrix3& block) {
         for (int i = 0; i < 3; ++i)
@@ -82,14 +82,15 @@ struct Measurement {
     }
 };
 
-// What a correction came to. NIS before the gate; scale: of the noise, above 1 when the gate inflated it.
+// Result of a correction. nis: before the gate; scale: factor on the noise variance, above 1 if the gate inflated it.
 struct Correction {
     double nis, scale;
     bool sound;
     double error[errors];
 };
 
-// mean: of the error before. The gate inflates the noise so that the influence of a sample beyond it falls.
+// mean: of the error before the correction. The gate inflates the noise of a sample beyond it, so that its influence decreases
+// (redescending).
 Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis);
 
 } // namespace hnav::ins

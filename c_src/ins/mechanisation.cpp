@@ -20,7 +20,7 @@ Matrix3 twice_integrated(const Vector3& w, double T) {
     return 0.5 * T * T * Matrix3::Identity() + b * W + c * W * W;
 }
 
-// What gravity changes by along a way: on a ball it falls off with the square of the distance from the centre.
+// Change of gravity along a displacement, for a sphere: it decreases with the square of the distance from the centre.
 Vector3 gravity_along(const State& s, const Vector3& way) {
     const Vector3 g = vec(s.gravity);
     const double strength = g.norm();
@@ -29,7 +29,7 @@ Vector3 gravity_along(const State& s, const Vector3& way) {
     return -strength / earth::equator_m * (way - 3 * down.dot(way) * down);
 }
 
-// At d, from the place where it was computed.
+// Gravity at displacement d, linearised about the place where it was computed.
 Vector3 gravity_near(const State& s, const Vector3& d) { return vec(s.gravity) + gravity_along(s, d - vec(s.gravity_at)); }
 
 } // namespace
@@ -84,7 +84,7 @@ void Model::flow_exactly(State& s, double interval_s) const {
     const Matrix3 R = rotation_matrix(q);
     const HeldTurn<double> turn(w, T);
     const Vector3 by_force = R * (turn.integral * f), g = gravity_near(s, d);
-    // What the turn of the Earth and the fall of gravity change within the interval, to second order.
+    // Coriolis acceleration and the gradient of gravity within the interval, to second order.
     const Vector3 a = g - 2 * W.cross(v), slope = gravity_near(s, d + T * v) - g;
     const Vector3 gained = by_force + a * T - (0.5 * T) * W.cross(by_force) - T * W.cross(by_force + a * T) + 0.5 * T * slope;
     vec(s.x) += v * T + R * (twice_integrated(w, T) * f) + 0.5 * T * T * a;
@@ -104,7 +104,7 @@ void Model::before_flow(State& s, const Event& event) const {
     note_stale(s, event, elsewhere);
     s.gap_too_long = has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s) && std::isfinite(s.last_s[imu]);
     if (!holds_backward(options_) || !has_new(s, event, imu)) return;
-    // Events of aids since the last sample went on under that one; the new one stands for their interval too.
+    // Since the last IMU sample, events of aids were processed under that sample. With backward hold the new sample holds for this interval.
     const double went_on_s = s.last_event_s - s.last_s[imu];
     const bool flowed = s.started() && went_on_s > 0 && !s.gap_too_long;
     if (flowed) flow_exactly(s, -went_on_s);

@@ -1,16 +1,16 @@
-// Inertial navigation that finds its heading by itself: position, velocity and attitude from rate, force and aids, aligned
-// from any heading, in motion or by the rate of the Earth.
+// Inertial navigation: position, velocity and attitude from rate, force and aids. The initial heading may be unknown; it is estimated
+// from motion or from the Earth rate.
 //
 // Between events d, v, q flow in Earth-fixed axes t (state.hpp), so there is no transport rate, and poles and date line are
 // places like any other:
 //     d' = v,   v' = R f + g(d) - 2 W x v,   q' = 1/2 q (0, w) - 1/2 (0, W) q
 // The flow carries no covariance: samples gather how errors grow (Window), and a few times a second the covariance follows.
 //
-// Any heading. At the start nothing is known of it. Then all vectors are held in t turned about the vertical by -alpha, and
-// u = (cos alpha, sin alpha) are two states: what the satellites say, the rate of the Earth and a heading aid are linear in
-// them, so that no guess is made and no linearisation about a wrong heading. The posterior of alpha on the circle follows
-// (circle.hpp), with all its modes; once it is narrow as a whole the filter is conditioned on its mode and goes on as
-// everybody's. Scherzinger 1996 and Rogers 1997 have such states for large heading errors.
+// Unknown heading. At the start the heading is uniform on the circle. All vectors are then held in t turned about the vertical by
+// -alpha, and u = (cos alpha, sin alpha) are two states. GNSS, the Earth rate and the magnetic field are linear in u, so no heading is
+// guessed and nothing is linearised about a wrong one. The posterior of alpha on the circle (circle.hpp) has all modes. When it is
+// narrow, the filter is conditioned on its mode (collapse) and becomes a usual error-state filter. Scherzinger 1996 and Rogers 1997
+// use such states for large heading errors.
 //
 // The functions are defined in the files named beside them.
 #pragma once
@@ -24,18 +24,18 @@
 
 namespace hnav::ins {
 
-// What is told of the body at one time, in north-east-down axes at the place.
+// Motion at one time, in north-east-down axes at the place.
 struct Motion {
     earth::Place place;
     Vector3 velocity_n;
     Quaternion q_nb;
     Vector3 position_e, velocity_e;
 };
-// Bounds of the errors that are exceeded for less than 1e-3 of the time.
+// Bounds that errors exceed for less than 1e-3 of the time.
 struct Protection {
     double horizontal_m, vertical_m, heading_rad;
 };
-// lie: factor on sigmas that do not fit; slow_m: horizontal and vertical, by which satellites have left what is usual.
+// lie: factor on the sigmas, from the innovations; slow_m: horizontal and vertical excess of the slow GNSS error over its usual size.
 Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m);
 
 struct Navigation : Motion {
@@ -45,28 +45,28 @@ struct Navigation : Motion {
     Protection protection;
 };
 
-// What a motion changes by along a direction of x.
+// Derivative of a motion along a direction of x.
 struct MotionAlong {
     earth::Place place;
     Vector3 velocity_n, euler;
     Quaternion q_nb;
 };
 
-// anchor.cpp: vectors of the state, and rows of its covariance, in axes turned by C.
+// anchor.cpp: expresses the vectors of the state, and rows of its covariance, in axes turned by C.
 void turn(State& s, const Matrix3& C);
 void turn(Covariance& P, const Matrix3& C);
-// field_memory.cpp: the field that is remembered, as the attitude is known now.
+// field_memory.cpp: turns the remembered field when the attitude estimate turns by C.
 void turn_field(State& s, const Matrix3& C);
-// From the axes in which a state is held to those of the Earth, by the likeliest heading.
+// From t axes to Earth-fixed axes, by the likeliest heading.
 Matrix3 to_earth_axes(const State& s);
-// A state that is off by an error no longer is.
+// Adds an error to the state.
 void add_error(const double* error, State& s);
-// The motion of a state whose axes to_earth turns to those of the Earth. Answers what turns them to north-east-down of the place.
+// The motion of a state; to_earth: from t to Earth-fixed axes. Returns the rotation from t to north-east-down at the place.
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion);
-// The same by the likeliest heading.
+// The same with the likeliest heading.
 Motion motion_of(const State& s);
 MotionAlong motion_along(const State& s, const double* direction);
-// Of a vector with the covariance P, along axes that a matrix turns to.
+// Sigmas of a vector with covariance P, in the axes that to_axes turns to.
 Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P);
 
 class Model {
@@ -80,12 +80,12 @@ public:
     Model() = default;
     explicit Model(const Options& options) : options_(options) {}
     const Options& options() const { return options_; }
-    // Where each correction is to be told; null: nobody asks.
+    // Where each correction is recorded; null: it is not.
     void tell_steps(Step* step) { step_ = step; }
 
     // start.cpp
     void begin(State& s) const;
-    // Once more from the time of s, when what came later has told how the body was placed then: `later`, carried back to it.
+    // The start of a second pass at the time of s, linearised about `later`, the smoothed state integrated back to that time.
     // known_s: how long after it that was.
     State once_more(State s, const State& later, double known_s) const;
 
@@ -144,10 +144,10 @@ private:
     void add_noise(const State& s, Covariance& P) const;
     void note_mean_force(State& s, const Vector3& force, double interval_s) const;
     static void turn_tilt(Covariance& P, double lost);
-    static constexpr double usual_colour = 3; // sigmas that the slow error of the satellites may have
-    static constexpr double usual_bias = 8; // of an aid's consistency: 2e-5 of chi square of three over three lie beyond
-    // The slow error of the satellites: its sigma in m by what a fix states, and north, east, down the share that stays and the variance
-    // that comes.
+    static constexpr double usual_colour = 3; // usual largest slow GNSS error, in sigmas
+    static constexpr double usual_bias = 8; // of Consistency::bias; exceeded with probability 2e-5 (chi-square of three / 3)
+    // Slow GNSS error: its sigma in m from the stated sigma of a fix; and for north, east, down the share kept and the variance added
+    // over an interval.
     double slow_sigma(double stated_m, bool vertical) const;
     void note_stated(State& s, const Event& event) const;
     struct Colour {
@@ -160,8 +160,8 @@ private:
     void level(State& s, const Event& event) const;
     void level_by_velocity(State& s, const Event& event) const;
     struct Tilt {
-        Vector3 down_b = Vector3(0, 0, 1); // the vertical in the body now
-        Matrix3 variance_b = Matrix3::Zero(); // of it, as far as the motion of the window has left it open
+        Vector3 down_b = Vector3(0, 0, 1); // the vertical in present body axes
+        Matrix3 variance_b = Matrix3::Zero(); // of down_b, from the motion within the window
         bool by_velocity = false;
     };
     static void begin_window(State& s, const Event& event);
@@ -183,7 +183,7 @@ private:
     bool velocity_fits(State& s, const Event& event) const;
     bool position_jumped(State& s, const Event& event) const;
     double heading_variance(const State& s, const Covariance& P) const;
-    // Variances, the largest of the axes: where the heading is unknown, of velocity and position as far as they are known but for it.
+    // Largest variances of the axes. While the heading is unknown, those of velocity and position are conditional on it.
     struct Spread {
         double heading, tilt, velocity, position;
     };
@@ -254,26 +254,26 @@ private:
     Step* step_ = nullptr;
 };
 
-// Rate and force that move the body now: what is held, without bias and error of scale, with coning and sculling.
-// A gyroscope shows (1 + scale) times the rate and its bias.
+// Rate and force of the present interval: the held sample without bias and scale error, with coning and sculling.
+// A gyroscope measures (1 + scale) rate + bias.
 inline Vector3 turn_rate(const State& s) {
     return (vec(s.held.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.held.coning);
 }
 inline Vector3 specific_force(const State& s) { return vec(s.held.force) - vec(s.accel_bias) + vec(s.held.sculling); }
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }
-// Noise of the satellites is taken to be larger when they fit worse than they may by chance.
+// Factor on the GNSS variance when the mean NIS exceeds its statistical range.
 inline double widened(const State& s) {
     constexpr double by_chance = 1.3;
     return std::fmax(1, s.nis_mean / by_chance);
 }
-// Of the two horizontal rows that begin with this one.
+// The larger variance of two horizontal rows, beginning with this one.
 inline double larger_variance(const State& s, int row) { return std::fmax(s.P[packed(row, row)], s.P[packed(row + 1, row + 1)]); }
-// The noise of an aid has been found to be much larger than it is stated to be.
+// Whether the estimated noise of an aid is much larger than its stated noise.
 inline bool is_learnt(const State& s, int channel) {
     constexpr double gross = 4; // of variances: chosen
     return s.fit(channel).noise > gross;
 }
-// Of all of the velocity or the position.
+// Whether the measurement determines the whole velocity or position.
 inline bool is_absolute(const Measurement& m) {
     return m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
 }

@@ -1,4 +1,4 @@
-// What the filter tells: always of the likeliest heading, with the spread over the whole circle.
+// Outputs: always those of the likeliest heading, with the spread over the whole circle.
 #include "estimation/readiness.hpp"
 #include "ins/model.hpp"
 
@@ -18,7 +18,7 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
 
 namespace {
 
-// The inertial sensor is there, and for some time nothing has contradicted the estimate.
+// The IMU is alive, and no monitor has found an inconsistency for consistent_for_s.
 bool is_consistent(const State& s, double now_s) {
     constexpr double silent_s = 1, consistent_for_s = 2, alone = 1; // a single refusal is an outlier
     const bool open = s.refused_in_row[velocity] > alone && s.contradiction.verdict != Contradiction::velocity_wrong;
@@ -41,7 +41,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                        is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&
                         is_earned(s.information_velocity, options_.ready_velocity_m_s);
-    // Satellites that have moved away from where the velocities lead are not relied upon.
+    // Positions that have departed from the integrated velocity are not reliable.
     constexpr double far = 5;
     const double off = vec(s.in_t.colour).head<2>().norm();
     const bool agree = s.fit(position).bias() < usual_bias && off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
@@ -50,7 +50,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
 }
 
 Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m) {
-    constexpr double sigmas = 5; // errors are not quite Gaussian: 1e-3 of them lie beyond 4.3 sigmas, not 3.3
+    constexpr double sigmas = 5; // tails are heavier than Gaussian: 1e-3 of the errors exceed 4.3 sigmas, not 3.3
     return {sigmas * lie * sigma_position.head<2>().maxCoeff() + slow_m[0], sigmas * lie * sigma_position[2] + slow_m[1],
             std::fmin(M_PI, sigmas * lie * sigma_heading)};
 }
@@ -117,7 +117,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     n.sigma_velocity = sigma(row_v);
     n.sigma_rotation = sigma(row_phi);
     if (is_free(s)) {
-        // What the chord of a wide circle is short of.
+        // The chord underestimates the arc of a wide distribution.
         const double spread = s.circle.spread_rad;
         n.sigma_rotation[2] = std::sqrt(P[row_phi + 2][row_phi + 2] + std::fmax(0, spread * spread - s.circle.square[2]));
     }
@@ -128,7 +128,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
 
     put_readiness(s, now_s, &n);
     put_protection(s, &n);
-    // After a misfit there is no bound until the information is that of a ready heading again.
+    // After an inconsistency there is no bound until the gathered information is sufficient for a ready heading again.
     const bool earned = std::isinf(s.doubted_s) || is_earned(s.information_heading, options_.ready_heading_rad);
     if (!earned || !is_consistent(s, now_s)) n.protection.heading_rad = M_PI;
     return n;

@@ -1,8 +1,8 @@
 // The start: tilt from a few seconds of motion, no heading yet.
 //
-// The velocity that the force brings in axes which the gyroscopes hold, against that of the satellites, tells the tilt of a
-// body that accelerates and banks (optimisation-based alignment, Wu and Pan 2013). Its heading is not used: the filter finds
-// that by itself, and nothing is counted twice. Without velocities the mean force has to do.
+// The velocity integrated from the force in gyro-stabilised axes, compared with the GNSS velocity, determines the tilt of a body that
+// accelerates and banks (optimisation-based alignment, Wu and Pan 2013). Its heading is not used: the filter estimates the heading
+// itself, so that no information is used twice. Without velocities the tilt is that of the mean force.
 #include "ins/circle.hpp"
 #include "ins/model.hpp"
 
@@ -15,7 +15,7 @@ constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean forc
 constexpr double given_place_m = 0.1; // sigma of a place that is given; chosen: users measure no better, and no variance is 0
 constexpr double wide_velocity_share = 0.2; // vertical velocities are smaller than horizontal ones
 
-// Where on a circle something is whose density goes like exp(strength cos angle): means of cos, cos^2, sin^2.
+// Means of cos, cos^2 and sin^2 of an angle with the density exp(strength cos angle) on the circle.
 struct OnCircle {
     double cosine = 0, cosine2 = 0, sine2 = 0;
 
@@ -35,7 +35,7 @@ struct OnCircle {
     }
 };
 
-// Gyroscopes whose bias is unknown turn a longer window than this by more than the tilt is told to be wrong by.
+// In a longer window than this the unknown gyro bias rotates the axes by more than the stated sigma of the tilt.
 bool wants_window(const Options& options, const Levelling& l, double now_s) {
     const double longest_s =
         std::fmax(2 * options.level_window_s, options.start_sigma_tilt_rad / options.start_sigma_gyro_bias_rad_s);
@@ -101,7 +101,7 @@ void Model::anchor(State& s, const earth::Place& place) const {
     s.has_place = 1;
 }
 
-// From this velocity on both sides are gathered.
+// Starts the window at this velocity.
 void Model::begin_window(State& s, const Event& event) {
     const Levelling before = s.levelling;
     Levelling& l = s.levelling;
@@ -116,7 +116,7 @@ void Model::begin_window(State& s, const Event& event) {
     vec(l.velocity0) = vec(event.value[velocity]);
 }
 
-// A sample of the IMU, or a velocity, on the way to the first tilt.
+// Processes an IMU sample or a velocity before the first tilt.
 void Model::level(State& s, const Event& event) const {
     Levelling& l = s.levelling;
     const double T = event.t_s - s.last_event_s;
@@ -158,7 +158,7 @@ void Model::level_by_velocity(State& s, const Event& event) const {
     const double since_s = event.t_s - l.fits_s;
     const double off = (seen - vec(l.fits_seen)).norm() - (gained - vec(l.fits_gained)).norm();
     if (l.believing == 0 && !is_likely(s, off, vec(event.value[velocity] + 3).maxCoeff(), since_s)) {
-        // One that lies far off is left out; after some it was rather the one that they are compared with.
+        // An outlier is rejected. After several in a row the reference velocity was the outlier.
         if (++l.doubted < believed) return;
         begin_window(s, event);
         l.believing = 1;
@@ -175,17 +175,17 @@ void Model::level_by_velocity(State& s, const Event& event) const {
     l.count += 1;
 }
 
-// Variance of a velocity that would bend the curve of velocities as a motion does: that of the satellites, and what a wrong rate,
-// vibration and noise bring over the window, the same for all samples at the worst.
+// Variance of the velocities in the window: GNSS noise, plus the curvature that gyro bias, vibration and force noise can add, in the
+// worst case common to all samples.
 double Model::levelling_variance(const State& s, double window_s) const {
     const Levelling& l = s.levelling;
-    // A square in time lies so far from a straight line, root mean square.
+    // RMS distance of a parabola in time from a straight line.
     const double bend = window_s * window_s / 27 * vec(l.gained).norm() / window_s * options_.start_sigma_gyro_bias_rad_s;
     return l.variance / l.count + l.count * (bend * bend + force_psd(s) * window_s / 15);
 }
 
-// By velocities. Those that differ in one direction alone, as in one straight acceleration, leave open how the body is turned
-// about it: then the vertical lies somewhere on a cone about the force, and what is told is the middle of what is likely on it.
+// Tilt by velocities. If they change in one direction only, as in one straight acceleration, the rotation of the body about that
+// direction is unknown: the vertical lies on a cone about it. The estimate is the mean over the cone, with its variance.
 Model::Tilt Model::tilt_by_velocity(const State& s, double now_s) const {
     const Levelling& l = s.levelling;
     const Matrix3 moment = mat(l.moment) - vec(l.sum_seen) * vec(l.sum_gained).transpose() / l.count;
@@ -211,12 +211,12 @@ bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
     const double window_s = now_s - l.first_velocity_s;
     if (l.count >= 2 && has_lasted(window_s, options_.level_window_s)) {
         *tilt = tilt_by_velocity(s, now_s);
-        // A straight acceleration ends, and its end tells the tilt.
+        // After a straight acceleration the tilt becomes observable when the acceleration ends: wait for it.
         constexpr double wide_rad = 0.05, patience = 6;
         return tilt->variance_b.trace() < wide_rad * wide_rad ||
                has_passed(now_s - l.since_s, patience * options_.level_window_s);
     }
-    // A single velocity may be the last one.
+    // A single velocity may be the only one: wait longer before using the mean force.
     const double patience = std::isnan(l.first_velocity_s) ? 1 : 3;
     const double alone_s = now_s - (l.first_velocity_s > l.since_s ? l.first_velocity_s : l.began_s);
     const Vector3 force = vec(l.force);
@@ -225,7 +225,7 @@ bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
     return true;
 }
 
-// Sigmas of the first position are its own and a wide one: a bad first fix does no harm.
+// The sigma of the first position contains start_sigma_position_m, so that a bad first fix does no harm.
 void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
     Covariance P = Covariance::of(s);
     for (int row = 0; row < P.n; ++row)
@@ -255,7 +255,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     }
     put(row_u, std::sqrt(0.5));
     put(row_u + 1, std::sqrt(0.5));
-    // The window turned by wrong rates and pushed by wrong forces: the tilt holds the biases.
+    // Gyro and accelerometer biases acted on the window: the tilt is correlated with them.
     const Levelling& l = s.levelling;
     const Matrix3 to_now = attitude(s) * rotation_matrix(quat(l.q)).transpose();
     Matrix3 by_gyro = Matrix3::Zero(), by_accel = Matrix3::Zero();
@@ -277,7 +277,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
         }
         for (int j = 0; j < 2; ++j) P[row_phi + i][row_phi + j] = own(i, j) + (i == j ? tilt * tilt : 0);
     }
-    // The vertical is off to the one side when the body is turned about the other.
+    // A rotation about one horizontal axis moves the vertical along the other.
     const Matrix3 off = attitude(s) * found.variance_b * attitude(s).transpose();
     P[row_phi][row_phi] += off(1, 1);
     P[row_phi + 1][row_phi + 1] += off(0, 0);
@@ -286,7 +286,7 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     P.keep(s);
 }
 
-// At the first fix after the window, or with the place given.
+// Starts at the first fix after the window, or at the given place.
 void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     const Vector3 down_b = tilt.down_b;
     Vector3 sigma = Vector3::Zero();
@@ -317,7 +317,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     start_covariance(s, sigma, tilt);
     s.phase = state_given(options_) ? Phase::navigating : Phase::any_heading;
     if (event.has(velocity)) {
-        // The second one may lie far off, when nothing else is known yet.
+        // The second velocity is compared with this one, because nothing else is known yet.
         s.gates.velocity_s = s.gates.fitting_s = event.t_s;
         vec(s.gates.velocity) = vec(event.value[velocity]);
     }
@@ -329,8 +329,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.last_correction_s = event.t_s;
 }
 
-// What is known of the sensors is that of s; of everything else nothing, but for where it is linearised. So the samples tell all of it
-// once more, and nothing is counted twice.
+// Sensor errors are those of s; everything else has a wide prior and only the point of linearisation of `later`. The samples determine
+// it again, so that no information is used twice.
 State Model::once_more(State s, const State& later, double known_s) const {
     constexpr double any_tilt = 0.1, any_heading = 0.5;
     for (int i = 0; i < 2; ++i) s.slow_m[i] = s.slow_before_m[i] = later.slow_m[i];

@@ -1,4 +1,4 @@
-// All that changes in the navigation filter.
+// The state of the navigation filter.
 //
 //   t  Earth-fixed axes, north-east-down at an anchor near the body. While the heading is unknown vectors of t are held
 //      turned about the vertical by -alpha, and u = (cos alpha, sin alpha) is a part of the state.
@@ -23,10 +23,10 @@ namespace hnav::ins {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// In the order in which samples of one instant act.
+// In the order in which samples of one instant are used.
 enum Channel : int { imu, rest, speed, pressure, velocity, position, heading, field, channel_count };
 
-// A reading: rate and force; or what an aid tells, followed by its sigmas.
+// Values of a sample: rate and force; or those of an aid, followed by their sigmas.
 constexpr int event_values = 6;
 using Event = FixedEvent<channel_count, event_values>;
 using Sample = Event::Sample;
@@ -50,14 +50,14 @@ enum Row : int {
     errors_without_field = 28,
     row_iron = 28,      // of the body, in the unit of the horizontal field
     row_strength = 31,  // 1 over the horizontal field, in a unit that makes it about 1
-    row_direction = 32, // by how much the horizontal field points off the declination, in rad
+    row_direction = 32, // deviation of the horizontal field from the declination, rad
     errors = 33
 };
 
 constexpr int nx = 10;    // d 3, v 3, q 4
 constexpr int biases = 6; // of the gyroscopes and accelerometers, from row_gyro on
 
-// Column after column, i <= j: what is known without a magnetometer comes first.
+// Upper triangle by columns, i <= j: without a magnetometer the first columns suffice.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
 
 using Options = hnav_ins_options;
@@ -71,8 +71,8 @@ struct Innovation {
     std::uint64_t dimension;
 };
 
-// Velocities that are refused are wrong themselves, or the state is. In the second case the positions depart by what the innovations of the
-// velocity add up to, in the first one they stay: the ratio of both likelihoods decides.
+// Rejected velocities are wrong themselves, or the state is. If the state is wrong, the position innovations grow by the integral of the
+// velocity innovations; if the velocities are wrong, they do not. The likelihood ratio of both decides.
 struct Contradiction {
     enum Verdict : std::uint64_t { open, velocity_wrong, state_wrong };
 
@@ -87,71 +87,71 @@ struct Contradiction {
     }
 };
 
-// What is known of the heading on the whole circle.
+// Moments of the density of the heading on the circle.
 struct Circle {
-    double mode_rad, spread_rad; // the likeliest, and the root mean square about it
-    double second_rad, second_share; // the strongest other one and its probability; share 0: there is none
-    double square[3]; // means of x^2, x y, y^2, (x, y) = (cos - 1, sin) of what the heading is off by
+    double mode_rad, spread_rad; // of the highest mode, and the RMS about it
+    double second_rad, second_share; // of the second highest mode, and its probability; share 0: there is none
+    double square[3]; // means of x^2, x y, y^2; (x, y) = (cos - 1, sin) of the heading error
 };
 
-// Headings from elsewhere while none is known: the alpha that all of them together tell.
+// External headings while the heading is unknown: the weighted mean of their alpha.
 struct ToldHeading {
-    double alpha_rad, information; // 1 over its variance; 0: nothing has told one
+    double alpha_rad, information; // 1 over its variance; 0: there was none
 };
 
-// What the samples between two corrections say of how errors grow:
+// Growth of errors between two corrections, gathered from the samples:
 //     phi = phi0 - A dg,   v = v0 + T v0' - [F] phi0 + B dg - A da,   d = d0 + T v0 - [S] phi0 + C dg - D da
-// and of an error of scale like one of the gyro bias that follows the rate: A, B, C of it are by_scale.
+// A scale error acts like a gyro bias proportional to the rate: its A, B, C are by_scale.
 struct Window {
     double A[9], B[9], C[9], D[9]; // row-major
     double by_scale_A[9], by_scale_B[9], by_scale_C[9];
     double F[3], S[3];
     double turned2, length_s; // integral of the squared rate; seconds
-    double rate_sum[3]; // of the rate as measured, rad
+    double rate_sum[3]; // integral of the measured rate, rad
     GapMotion gap;
-    double lost_turn2[3], lost_gain2[3]; // variances of turn and gain about axes that are stuck or saturated, body axes
+    double lost_turn2[3], lost_gain2[3]; // variances of rotation and velocity missed by stuck or saturated axes, body axes
 };
 
-// Velocity by integration of the force in axes that the gyroscopes hold, against that of the satellites.
+// Velocity integrated from the force in gyro-stabilised axes, against the GNSS velocity.
 struct Levelling {
-    double q[4]; // body to the axes held since the start
-    double gained[3]; // velocity by force in them
+    double q[4]; // body to the gyro-stabilised axes
+    double gained[3]; // velocity by force in these axes
     double began_s, since_s; // of the first sample of rate and force, of the first velocity
-    double first_velocity_s, velocity0[3]; // of the window
+    double first_velocity_s, velocity0[3]; // at the begin of the window
     double moment[9], sum_seen[3], sum_gained[3], count;
-    double variance; // sum of those of the velocities
-    double A[9], sum_A[9]; // integral of the rotation, and of that, for the part of the biases
+    double variance; // sum of the variances of the velocities
+    double A[9], sum_A[9]; // integral of the rotation, and its integral: sensitivity to biases
     double length_s, force[3], samples;
-    double fits_s, fits_seen[3], fits_gained[3]; // of the last velocity whose change has the size of what was gained
+    double fits_s, fits_seen[3], fits_gained[3]; // of the last accepted velocity: its change has the size of the gained velocity
     double doubted, believing; // how many in a row had not; 1: no more is doubted
 };
 
-// Jumps of the satellites that show without a heading.
+// Tests of GNSS jumps that need no heading.
 struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
     double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
-    double fitting_s, refused_s; // velocities have fitted since then, until they are refused; NaN: the last one was not
+    double fitting_s, refused_s; // velocities were accepted since; rejected since, NaN: the last one was accepted
 };
 
-// Vectors held in t beside displacement, velocity and attitude: nothing but vectors, so that turn() finds them all.
+// Vectors in t other than displacement, velocity and attitude. It contains vectors only, because turn() rotates all members.
 struct InAxes {
     double colour[3]; // slowly varying error of the satellites' position
     double colour_at_rest[3]; // that error when the present rest began
-    double mean_force[3]; // force without what vibrates
-    double recent_acceleration[3]; // its mean over the latency of the satellites
-    // Samples of the magnetometer that were used, in the mean over a while, as the attitude is known now.
+    double mean_force[3]; // force without vibration
+    double recent_acceleration[3]; // mean acceleration over the GNSS latency
+    // Mean of the used magnetometer samples over field_colour_s, in axes of the present attitude estimate.
     double field[3];
-    double attitude[3][3]; // the axes of the body then
+    double attitude[3][3]; // mean attitude over the same samples
 };
 
-// Numbers of eight bytes only; x comes first.
+// Members of eight bytes only (saved states); x comes first.
 struct State {
     double x[nx];
-    double P[errors * (errors + 1) / 2]; // just after the last correction; more than half of the state
-    std::uint64_t seldom_changes; // of P
-    double mean[errors]; // of the error, seen from the point of linearisation; 0 when the heading is known
+    double P[errors * (errors + 1) / 2]; // just after the last correction
+    std::uint64_t seldom_changes; // counts changes of P
+    double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
-    double iron[3], strength, direction, field_unit; // of the magnetometer; field_unit 0: there is none
+    double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
     double field_until_s; // time of the newest sample in the mean of the field; NaN: there is none
     InAxes in_t;
     Circle circle;
@@ -162,14 +162,14 @@ struct State {
     double gravity[3], gravity_at[3]; // where it was computed
     double fix_axes[9]; // north-east-down of the last fix in Earth-fixed axes
     std::uint64_t has_place;
-    // Sigma of the slow error of the satellites, horizontal and vertical, and at the last correction.
+    // Sigma of the slow GNSS error, horizontal and vertical: now, and at the last correction.
     double slow_m[2], slow_before_m[2];
-    double drifted; // 1: that error is beyond what is usual, and the estimate has admitted it
+    double drifted; // 1: that error exceeds its usual size, and the position was widened by it
 
     HeldSample held;
     SensorCheck<double> check[checked_count]; // of rate, force and field
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
-    double steady_rate[3]; // mean over some seconds: of turns, not of sway
+    double steady_rate[3]; // mean over turns_alike_s, which averages sway
     double mean_force2; // mean square of the mean force along the horizontal
     double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
     Window window;
@@ -182,22 +182,22 @@ struct State {
     double last_event_s, usual_interval_s, last_correction_s, field_used_s;
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
-    double placed_s; // since then positions have agreed, until they are refused
-    double speed_known_m_s, speed_sigma_m_s, speed_known_s; // horizontal velocity of the satellites
+    double placed_s; // positions have agreed since this time, until one is rejected
+    double speed_known_m_s, speed_sigma_m_s, speed_known_s; // of the GNSS, horizontal
     Consistency fits[2]; // of velocity and position
     Constancy steady[biases];
     Contradiction contradiction; // velocities that are refused, against the positions
-    double turned_b[3]; // by the corrections of the present event, body axes
-    double fix[2][3]; // the last velocity and position as they came
-    double changed_s, changed_gained[3]; // when a position was another one than the one before; gates.gained then
-    double doubted_s; // time at which the state was last found not to fit
-    double anew_s, bias_doubt; // of the last start with new biases; factor on the sigmas of their priors
-    double heading_doubt; // variances of headings from elsewhere are larger by it
+    double turned_b[3]; // rotation by the corrections of the present event, body axes
+    double fix[2][3]; // the last velocity and position as received
+    double changed_s, changed_gained[3]; // time at which the position last changed; gates.gained at that time
+    double doubted_s; // time of the last inconsistency
+    double anew_s, bias_doubt; // time of the last restart; factor on the prior sigmas of the biases
+    double heading_doubt; // factor on the variance of external headings
     double nis_mean;
-    double strain, strained_since_s; // the same of what is hard to falsify; NaN: is small
+    double strain, strained_since_s; // mean NIS of aids that rarely fail; time since it has been large, NaN: it is not
     double information_tilt, information_heading, information_velocity, information_position;
-    double gained_nats[channel_count]; // about the heading, by channel
-    double heading_since_s; // its sigma has been below the limit; NaN: is not
+    double gained_nats[channel_count]; // information about the heading, by channel
+    double heading_since_s; // the sigma of the heading has been below its limit since; NaN: it is above
     Innovation innovation[channel_count];
     std::uint64_t used[channel_count], inflated[channel_count];
     std::uint64_t times_lost, corrections;
@@ -205,7 +205,7 @@ struct State {
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }
-    // Of a new linearisation; the learnt noise stays.
+    // At a new linearisation; the estimated noise of aids is kept.
     void begin_monitors() {
         for (Consistency& fit : fits) fit.begin(fit.noise);
         for (Constancy& one : steady) one = {};

@@ -1,4 +1,4 @@
-// What a correction has done to the estimate, for a smoother that goes back over it.
+// Record of one correction for the smoother, which undoes it.
 #pragma once
 
 #include "ins/measurement.hpp"
@@ -8,8 +8,8 @@ namespace hnav::ins {
 constexpr int moved = 9; // rows of the error that the flow changes: d, v, phi
 constexpr int movers = 20; // columns that change them: these, biases, scales, u
 
-// How errors have grown since the correction before: of rows that are not moved each stays as it is, but for the slow error of
-// the satellites and the direction of the field, of which a share stays.
+// Transition of the errors since the previous correction. Rows beyond `moved` are constant, except for the slow GNSS error and the
+// direction of the field, which decay to the given share.
 struct Transition {
     double M[moved][movers] = {};
     double colour_kept[3] = {1, 1, 1}, direction_kept = 1;
@@ -22,9 +22,9 @@ struct Transition {
 
 struct Step {
     Transition transition;
-    Covariance before;     // any sample, at the time of the correction
-    double axes[9];        // at that time; the anchor may move afterwards
-    double change[errors]; // of the estimate by all samples, in these axes
+    Covariance before; // covariance before the samples, at the time of the correction
+    double axes[9]; // at that time; the anchor may move afterwards
+    double change[errors]; // of the estimate by all samples of this correction, in these axes
 
     void begin(const Transition& flown, const Covariance& P, const double* axes_then) {
         transition = flown;
@@ -32,9 +32,9 @@ struct Step {
         mat(axes) = mat(axes_then);
         for (double& c : change) c = 0;
     }
-    // A row is known less well by this factor on its sigma, as are those that depend on it.
+    // The sigma of a row grows by this factor; its correlations are kept.
     void scaled(int row, double factor) { before.scale(row, factor); }
-    // The state itself has changed, by so much or more.
+    // The state may have stepped: its variance grows, without correlation to others.
     void jumped(int row, double variance) { before[row][row] += variance; }
     void add(const double* error) {
         const Quaternion turned = multiply(rotation_quaternion(vec(error + row_phi)), rotation_quaternion(vec(change + row_phi)));

@@ -3,11 +3,11 @@
 
 namespace hnav::ins {
 
-constexpr double linear_rad = 0.005; // a heading about which everything may be linearised
+constexpr double linear_rad = 0.005; // sigma of a heading at which the linearisation is accurate
 
 void Smoother::go_back(const Way& way, const Target* target) {
     Later later{};
-    bool told = false, tried = false; // a way once more has told the rest of what led here; has been tried
+    bool told = false, tried = false; // a second pass has covered the rest before this node; it has been tried
     for (std::size_t piece = way.count; piece-- > 0;) {
         std::size_t nodes = go_through(way, piece), rows = rows_of_piece_;
         while (nodes > 0) {
@@ -35,7 +35,7 @@ void Smoother::go_back(const Way& way, const Target* target) {
     }
 }
 
-// Those between this correction and the next.
+// Writes the rows between this correction and the next.
 void Smoother::write_rows(std::size_t k, const Hindsight& now, const Later& later, std::size_t* rows) {
     for (; *rows > 0; --*rows) {
         const RowOfPiece& row = rows_[*rows - 1];
@@ -46,7 +46,7 @@ void Smoother::write_rows(std::size_t k, const Hindsight& now, const Later& late
     }
 }
 
-// Hindsight changes little from one correction to the next: what lies between is between them.
+// The smoothed error changes little from one correction to the next, so it is interpolated in between.
 void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsight& now, const Later& later) {
     const double share = std::fmin(1, std::fmax(0, (row.t_s - node.last_event_s) / (later.t_s - node.last_event_s)));
     double error[errors];

@@ -1,9 +1,9 @@
-// Across the change of phase: the part before the heading was found once more, linearised about what came later.
+// Filters the part before the heading was found a second time, linearised about the smoothed state.
 #include "ins/smoother/passes.hpp"
 
 namespace hnav::ins {
 
-// The part before the heading was found, and known well enough to linearise about it. False: it could not be filtered again.
+// Smooths the part before the heading was known well enough to linearise about it. Returns false if it could not be filtered again.
 bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std::size_t piece) {
     Place place;
     State begin, later = found.state;
@@ -21,7 +21,7 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     return true;
 }
 
-// Where the search for the heading began that has found it.
+// Finds the begin of the search that found this heading.
 bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, State* s) {
     const auto within = [&found](const State& state) {
         return state.times_lost == found.times_lost && state.phase != Phase::waiting &&
@@ -41,8 +41,8 @@ bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, S
     return false;
 }
 
-// Carried back for long a velocity is off by much, and a place by more: those of the first fixes from an aid on are near enough. Answers
-// the time of the place.
+// After a long backward integration velocity and place are inaccurate; they are replaced by those of the first fixes from an aid on.
+// Returns the time of the place.
 double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
     double at_s = s.last_event_s;
     bool has_place = place_given(model_.options()), has_velocity = false;
@@ -64,14 +64,14 @@ double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
     return at_s;
 }
 
-// Of so many fixes from an aid on the last.
+// Time of the count-th fix of a channel from an aid on.
 double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
     for (; aid < recording_.aids(); ++aid)
         if (recording_.aid(aid).channel == channel && --count == 0) return recording_.aid(aid).t_s;
     return -std::numeric_limits<double>::infinity();
 }
 
-// By rate and force alone, from a correction in this row back to an earlier time.
+// Integrates rate and force backwards, from a correction in this row to an earlier time.
 void Smoother::carry_back(State& s, std::size_t row, double to_s) {
     const bool backward_hold = holds_backward(model_.options());
     double now_s = s.last_event_s;

@@ -1,11 +1,11 @@
-// Forward: the filter through the rows, states from time to time kept of it, and a piece between two of them once more, with all its
-// corrections.
+// Forward: runs the filter over the rows and keeps checkpoints; runs a piece between two checkpoints again and keeps its
+// corrections as nodes.
 #include "ins/smoother/passes.hpp"
 
 namespace hnav::ins {
 
-// The last event of a way is one at which the covariance follows. The first fixes count little: a gate does not see which of them lies
-// far off.
+// Prepares an event of a second pass. The first fixes get wide sigmas, because a gate cannot find an outlier among them. At the end of
+// the pass a correction is forced, so that the covariance is propagated there.
 void Smoother::prepare(const Way& way, Event& event, State& s) {
     if (!way.again) return;
     constexpr double usual_m_s = 1;
@@ -16,7 +16,7 @@ void Smoother::prepare(const Way& way, Event& event, State& s) {
     if (event.t_s >= way.until_s) s.last_correction_s = -std::numeric_limits<double>::infinity();
 }
 
-// False: the way led astray.
+// Returns false if a second pass lost the state.
 bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
     Event event;
     std::uint64_t corrections = 0;
@@ -44,7 +44,7 @@ bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
     return !way.again;
 }
 
-// Over an event; true: there was a correction while navigating, and the next node tells of it.
+// Processes an event. Returns true if there was a correction while navigating, which the next node then holds.
 bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t row, std::size_t nodes) {
     Node& node = nodes_[nodes];
     Model model = way.model;
@@ -60,7 +60,7 @@ bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t 
     return true;
 }
 
-// A way once more begins with what is known of the sensors alone, and with the row of the event that it begins with.
+// A second pass begins with the sensor errors only, at the row of its first event.
 std::size_t Smoother::begin_once_more(const Way& way, const Checkpoint& begin) {
     nodes_[0].state = begin.state;
     nodes_[0].linked = false;
@@ -70,8 +70,8 @@ std::size_t Smoother::begin_once_more(const Way& way, const Checkpoint& begin) {
     return 1;
 }
 
-// The piece once more, with its corrections, and its rows up to the first correction of the next piece. Answers how many corrections
-// there are.
+// Runs a piece again and keeps its corrections as nodes, and its rows up to the first correction of the next piece. Returns the number
+// of nodes.
 std::size_t Smoother::go_through(const Way& way, std::size_t piece) {
     const Checkpoint& begin = way.checkpoints[piece];
     const std::size_t end_row = piece + 1 < way.count ? way.checkpoints[piece + 1].place.row : recording_.rows();

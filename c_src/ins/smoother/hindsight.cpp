@@ -5,7 +5,7 @@
 namespace hnav::ins {
 namespace {
 
-// P as D L L' D over the rows that it knows anything of, D the sigmas.
+// P = D L L' D over its used rows, D the sigmas.
 struct Factors {
     int n;
     double inverse_sigma[errors], L[errors][errors];
@@ -22,7 +22,7 @@ struct Factors {
             }
     }
 
-    // P^-1 W, in its place.
+    // W becomes P^-1 W.
     void solve(Covariance& W) const {
         scale(W);
         for (int i = 0; i < n; ++i) {
@@ -67,7 +67,8 @@ Covariance carried(const Transition& t, const Covariance& P) {
 
 } // namespace
 
-// P + X' (S - B) X and X' e, X = B^-1 Phi P, of P and e before a step and S after it (Rauch, Tung, Striebel 1965).
+// P + X' (S - B) X and X' e with X = B^-1 Phi P. P: filtered before the step; B: predicted; S, e: smoothed after it (Rauch, Tung,
+// Striebel 1965).
 bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
     const int n = step.before.n;
     now->P.extend(n); // before the first sample of a magnetometer
@@ -111,7 +112,7 @@ void place_in(const State& axes, State& s) {
     vec(s.x) += mat(axes.axes).transpose() * e;
 }
 
-// What `to` differs by from `from`, in the axes of the latter. Where a state has no offset of the pressure yet there is none to tell.
+// Error to - from, in the axes of `from`. 0 for the pressure offset if one of them has none yet.
 void difference(const State& to, const State& from, double* error) {
     State s = to;
     place_in(from, s);

@@ -1,29 +1,29 @@
-// What hindsight adds to an estimate of the filter, and how it goes back over one step: mathematics alone. It knows states and steps of
-// the filter, and nothing of recordings or of the order in which a smoother goes through them.
+// Mathematics of one backward step of the smoother. It depends on states and steps of the filter, not on recordings or on the order in
+// which the smoother processes them.
 #pragma once
 
 #include "ins/model.hpp"
 
 namespace hnav::ins {
 
-// An error of an estimate, in its axes, and the covariance that is left.
+// Smoothed minus filtered estimate, in the axes of the filtered one, and the smoothed covariance.
 struct Hindsight {
     double error[errors];
     Covariance P;
 };
 
-// Another state of the same time, with hindsight.
+// A smoothed state of the same time with another point of linearisation.
 struct Target {
     State state;
     Covariance P;
 };
 
-// now: P of the filter just after the correction before the step, and what comes of it. False: the covariance before the samples is not
-// positive, and nothing is told.
+// now: in, P of the filter just after the correction before the step; out, the smoothed error and covariance. Returns false if the
+// covariance before the samples is not positive definite.
 bool step_back(const Step& step, const Hindsight& after, Hindsight* now);
-// What the target is more than a state.
+// The target as an error of a state.
 Hindsight seen_from(const State& state, const Target& target);
-// Before the samples of a step that led to a state, in the axes before its anchor moved.
+// The error before the samples of the step that led to the state `after`, in the axes before its anchor moved.
 Hindsight before_samples(const Step& step, Hindsight h, const State& after);
 
 } // namespace hnav::ins

@@ -1,10 +1,10 @@
-// The ways of the smoother through a recording, and what it keeps of them. Nobody but the smoother's own files includes this.
+// The passes of the smoother over a recording, and its memory. Only files of this folder include this header.
 //
-//     smoother.cpp        memory for all of it, taken once; the order: forward through the whole, then back
-//     forward.cpp         the filter through rows, a state kept from time to time; a piece between two of them once more, every correction of
-//                         it kept as a node
-//     backward.cpp        from node to node backwards (hindsight.hpp), piece after piece, and the rows between two nodes
-//     before_heading.cpp  where the nodes come to the correction that found the heading: the part before it once more, by a way of its own
+//     smoother.cpp        allocates all memory; order of passes: forward over the recording, then backward
+//     forward.cpp         runs the filter and keeps checkpoints; runs a piece between two checkpoints again and keeps its corrections
+//                         as nodes
+//     backward.cpp        from node to node backwards (hindsight.hpp), piece by piece; writes the rows between two nodes
+//     before_heading.cpp  at the correction that found the heading: filters the part before it again, in a pass of its own
 #pragma once
 
 #include "ins/smoother/hindsight.hpp"
@@ -12,7 +12,7 @@
 
 namespace hnav::ins {
 
-constexpr std::size_t piece_rows = 1024, piece_corrections = 256; // a piece is no longer than the one and the other
+constexpr std::size_t piece_rows = 1024, piece_corrections = 256; // upper limits of a piece
 
 class Smoother {
 public:
@@ -25,33 +25,33 @@ public:
     void run();
 
 private:
-    // Where a piece begins.
+    // The begin of a piece.
     struct Checkpoint {
         Place place;
         State state;
     };
-    // A correction while navigating, and how it came about.
+    // A correction while navigating.
     struct Node {
         State state;
         Step step;
-        std::size_t row; // in which it happened
-        bool linked; // there is one before it that it goes on from
+        std::size_t row; // in which it was made
+        bool linked; // the estimate continues from the node before it
     };
     struct RowOfPiece {
         std::size_t row;
-        std::size_t nodes; // up to its time
+        std::size_t nodes; // number of nodes up to its time
         double t_s, x[nx];
     };
-    // A way through some rows, until the event at until_s: its filter, and states on the way.
+    // A pass over some rows until the event at until_s: its filter and checkpoints.
     struct Way {
         Model model;
         Checkpoint* checkpoints;
         std::size_t count;
         double until_s;
-        bool again; // before the heading was found, once more
+        bool again; // the second pass, before the heading was found
         double settled_s[channel_count] = {};
     };
-    // The correction after the one that is gone back to.
+    // The correction after the present one, which the backward pass has already processed.
     struct Later {
         bool known;
         double t_s;
@@ -84,8 +84,8 @@ private:
     Checkpoint *main_ = nullptr, *before_ = nullptr;
     Node* nodes_ = nullptr;
     RowOfPiece* rows_ = nullptr;
-    unsigned char* flags_ = nullptr; // what the filter called ready, row by row
-    unsigned char earned_ = 0; // in this row or later, since something was lost
+    unsigned char* flags_ = nullptr; // ready flags of the filter, for each row
+    unsigned char earned_ = 0; // ready flags of this row or later ones, up to a loss
     std::size_t rows_of_piece_ = 0;
 };
 

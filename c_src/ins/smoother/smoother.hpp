@@ -1,12 +1,11 @@
-// Navigation with hindsight: every row of a recording from all of its samples, before it and after it.
+// Smoothing: estimates every row of a recording from all samples, earlier and later ones.
 //
-// The filter goes through the recording once, and from the last row to the first each correction is undone with what came
-// later (Rauch, Tung, Striebel 1965), in the error state and with the filter's own transition. A part before the heading was
-// found is filtered again, with the attitude that follows from what came later as the point to linearise about, and nothing
-// known but of the sensors: so its rows too are navigation, from the first sample on. A gap that is too long and what was lost
-// end what is told backwards; where a heading was never found the filter's rows stay.
+// The filter runs once over the recording. A backward pass then smooths each correction (Rauch, Tung, Striebel 1965), in the error state
+// and with the filter's own transition. The part before the heading was found is filtered again, linearised about the smoothed
+// attitude, with wide priors for everything but the sensor errors. So its rows are navigation too, from the first sample on. A gap
+// that is too long and a loss of the state end the backward pass; where a heading was never found the filter's rows stay.
 //
-// Nothing but states from time to time is kept of the way forward; a piece is gone through again when its turn comes.
+// Only checkpoints of the forward pass are kept; a piece between two of them is run again when the backward pass reaches it.
 #pragma once
 
 #include "ins/model.hpp"
@@ -15,13 +14,13 @@
 
 namespace hnav::ins {
 
-// A row with hindsight; of the navigation all but circle is set.
+// A smoothed row; circle is not set.
 struct SmoothedRow {
     Navigation navigation;
     Vector3 gyro_bias, accel_bias;
 };
 
-// What goes through the smoother, and where its answers go.
+// Input and output of the smoother.
 class Recording {
 public:
     virtual std::size_t rows() const = 0;
@@ -29,10 +28,10 @@ public:
     virtual bool imu_sample(std::size_t row, Sample* sample) = 0; // false: the row has none
     virtual std::size_t aids() const = 0;
     virtual const Sample& aid(std::size_t i) const = 0; // in the order of their times
-    // A row of the filter, at its time, with the state brought so far beyond the last event. Answers what is ready: bit 0 tilt, then
+    // Writes a row of the filter, with the state propagated by ahead_s beyond the last event. Returns the ready flags: bit 0 tilt, then
     // heading, velocity, position.
     virtual unsigned char write(std::size_t row, const State& shown, double ahead_s) = 0;
-    // The row with hindsight, later.
+    // Writes the smoothed row, later.
     virtual void write(std::size_t row, const SmoothedRow& smoothed) = 0;
 
 protected:
