@@ -1,4 +1,4 @@
-// What the corrections share: learning from rows of a sensor, and the error put into the state.
+// Shared by the corrections: the update by rows of a sensor, and the application of the error to the state.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
@@ -19,10 +19,9 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
     return factor.positive() ? factor.quadratic_form(innovation) : 0;
 }
 
-// The errors from row `first` on learn from m rows H with PHt = P H' and S = H P H' + noise; those before are considered,
-// not corrected (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are. Only the upper triangle of P is kept up to date.
-// Nothing is learnt where rounding has left S
-// without its sign: a reading beyond all sense, millions of times another.
+// Corrects the errors from row `first` on by m rows H, with PHt = P H' and S = H P H' + noise. Rows before `first` are consider states
+// (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
+// rounding has made S indefinite, as by values of very different magnitudes.
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
@@ -39,8 +38,7 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }
 
-// P_ij -= PHt_i K_j for the columns from `first` on, down to the diagonal: loops of lengths known when compiled, but where code is
-// to be small.
+// P_ij -= PHt_i K_j for the columns from `first` on, down to the diagonal. Loops have compile-time lengths except in the small build.
 template <class R>
 template <int m, int first, int... after_first>
 void AhrsModelOf<R>::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
@@ -66,8 +64,8 @@ void AhrsModelOf<R>::take_out_of_column(Covariance& P, const Eigen::Matrix<R, er
 
 template <class R>
 void AhrsModelOf<R>::apply(State& s, const Vector& error) {
-    constexpr R max_latency_s = 1; // later fields are turned by more than two terms of a series tell
-    constexpr R max_force_latency = 4; // intervals; the same of a force
+    constexpr R max_latency_s = 1; // limit of the second-order series
+    constexpr R max_force_latency = 4; // in intervals; the same limit for the force
     Eigen::Map<QuaternionR> q(s.x);
     q = multiply<R>(rotation_quaternion<R>(segment<3>(error, rotation)), QuaternionR(q)).normalized();
     Eigen::Map<Vector3R>(s.bias) += segment<3>(error, bias);
@@ -78,13 +76,13 @@ void AhrsModelOf<R>::apply(State& s, const Vector& error) {
     s.force_latency = std::clamp(s.force_latency + error[force_latency], -max_force_latency, max_force_latency);
     s.declination = wrap_angle(s.declination + error[declination]);
     Eigen::Map<Vector2R>(s.reference) += segment<2>(error, reference);
-    // By what north means; a correction near a magnetic pole may not see it.
+    // Keep the reference north; near a magnetic pole a correction may lose it.
     s.reference[0] = std::fmax(R(0), s.reference[0]);
     s.latency = std::clamp(s.latency + error[latency], -max_latency_s, max_latency_s);
 }
 
-// A variance that is not positive is the first that rounding would break; only then, or when a correction met a matrix
-// without its sign, is the whole matrix looked at.
+// Rounding makes a variance non-positive first. Only then, or after an indefinite matrix in a correction, the whole matrix is
+// repaired.
 template <class R>
 void AhrsModelOf<R>::keep(State& s, Correction& c) {
     if (!c.sound || !(c.P.diagonal().minCoeff() > 0)) {
@@ -93,7 +91,7 @@ void AhrsModelOf<R>::keep(State& s, Correction& c) {
     }
     pack_columns<errors>(c.P, s.P);
     ++s.seldom_changes;
-    // What is no number any more must not stay: the engine looks at x and drops the event.
+    // NaN in the state must not persist: the engine checks x and ignores the event.
     if (!std::isfinite(c.P.diagonal().sum() + c.error.sum())) s.x[0] = std::numeric_limits<R>::quiet_NaN();
 }
 

@@ -1,4 +1,4 @@
-// What the files of the aids share: correct_by, which they instantiate for their own.
+// Shared by the files of the aids: correct_by, which each of them instantiates.
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"

@@ -1,7 +1,7 @@
 // Correction by the magnetic field: the reference M against the mean field, as azimuth, horizontal and vertical intensity.
 //
-// This is what corrects the heading: the second row, azimuth, sees it. Tilt, velocity and gyro calibration are considered
-// but not corrected: no magnet may tilt the horizon.
+// The second row, azimuth, observes the heading. Tilt, velocity and gyro calibration are consider states: no magnet may tilt the
+// horizon.
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
@@ -14,7 +14,7 @@ namespace hnav {
 template <class R>
 struct AhrsModelOf<R>::FieldRows {
     R H, Z;         // horizontal and vertical intensity of the reference
-    Vector3R swept; // u x M: what a second of latency does to the field
+    Vector3R swept; // u x M: change of the field by a second of latency
     Vector3R residual;
 
     FieldRows(const State& s, const MeanField<R>& mean) : H(s.reference[0]), Z(s.reference[1]) {
@@ -82,8 +82,8 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
 }
 
-// True: the field is not the given one (given_field.hpp). Its declination then has the variance of its azimuth; where the candidate field
-// begins anew, the body has moved and the declination is another.
+// Returns true if the field is not the given one (given_field.hpp). Its declination then has the variance of its azimuth. When a new
+// candidate field begins, the body has moved and the declination is a different one.
 template <class R>
 bool AhrsModelOf<R>::take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const {
     if (place_.is_of_place(mean.horizontal(), mean.n[2])) {
@@ -106,8 +106,8 @@ void AhrsModelOf<R>::leave_foreign_field(State& s, Correction& c) const {
     s.declination = s.foreign2 = 0;
 }
 
-// known: variances of the innovation, but for the reference's own. Less noise of the place is information about its
-// declination, that it is small; more takes some away.
+// known: variances of the innovation without those of the reference. If the estimated disturbance of the place decreases, the prior
+// variance of its declination decreases too; if it increases, the variance increases.
 template <class R>
 void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
                                        const Vector3R& known) const {
@@ -125,7 +125,7 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]));
 }
 
-// Gathers evidence, and changes the reference where it is against the present one.
+// Gathers evidence, and changes the reference if the evidence contradicts the present one.
 template <class R>
 void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {
     const R fast = R(options_.turning_rad_s);
@@ -135,7 +135,7 @@ void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mea
     if (possible && s.field.candidate_wins(options_, s.reference[0], s.reference[1])) change_reference(s, c, mean);
 }
 
-// The candidate becomes the reference. The heading, and the mean field with it, turns as far as it is distrusted.
+// The candidate becomes the reference. The heading and the mean field turn by the share by which the heading is uncertain.
 template <class R>
 void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mean) const {
     MagneticReference<R>& field = s.field;
@@ -174,7 +174,7 @@ void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
     diagonal<2>(P, reference).setConstant(sigma * sigma);
 }
 
-// While the heading is known, an azimuth far from it speaks against the field too: in gates' worth of intensity.
+// While the heading is known, an azimuth that deviates from it counts against the field too, in units of the intensity gate.
 template <class R>
 R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const {
     const R ready = R(options_.ready_heading_rad);
@@ -184,7 +184,7 @@ R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const F
     return R(options_.mag_gate) * std::fabs(rows.residual[1]) / limit;
 }
 
-// The gate. A reference that has long been contradicted is to be learnt again.
+// The gate. A reference that has been contradicted for long is estimated again.
 template <class R>
 FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const {
     const FieldVerdict verdict = s.field.judge(options_, away, s.field_s);
@@ -197,9 +197,9 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
     return verdict;
 }
 
-// A field that contradicts a reference which has hardly been seen may be the true one. Then the heading, which came from the
-// other, is off by as much as the two are apart. That is told and no more: a gain that trusted either of them more would be
-// led by whichever is false.
+// A field that contradicts a rarely observed reference may be the true one. The heading, which was taken from the reference, is then
+// wrong by the angle between the two. This angle is added to the output variance only: a gain that preferred one of the two fields
+// would follow whichever is false.
 template <class R>
 void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows) {
     constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10;
@@ -225,7 +225,7 @@ Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
     return {intensity, (density_.azimuth_density2 * room + white) * scale, intensity};
 }
 
-// A field outside the gate that is taken in all the same counts as much less as it lies further outside.
+// Beyond the gate the weight of an accepted field decreases with its distance.
 template <class R>
 R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
     if (verdict == FieldVerdict::accept || verdict == FieldVerdict::reject) return 1;
@@ -236,7 +236,7 @@ R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
 template <class R>
 void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
                                   R inflation) {
-    Matrix3R S = HPHt; // with the noise that was parametrised
+    Matrix3R S = HPHt; // with the noise before inflation
     S.diagonal() += noise;
     InnovationOf<R>& i = s.innovation[mag];
     i = {};
@@ -249,15 +249,15 @@ void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovati
     if (i.noise_scale > 1) s.gated[mag] += static_cast<std::uint64_t>(s.field_count);
 }
 
-// Whether nothing has spoken against the reference for long enough. An azimuth that goes on to lie far from the heading
-// speaks against one of the two, and nobody knows which: until it comes back the heading is doubted.
+// Whether the reference has been uncontradicted for long enough. An azimuth that stays far from the heading contradicts one of the two;
+// until it returns the heading is not ready.
 template <class R>
 void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const {
     const R T = s.field_s;
     s.azimuth_rejected_s = std::clamp(s.azimuth_rejected_s + (azimuth_is_far ? T : -T), R(0), 5 * max_azimuth_rejected_s);
-    // One rejection may be noise: it takes back thrice its own time.
+    // One rejection may be noise: it reduces the undisturbed time by three times its own.
     s.undisturbed_s = verdict == FieldVerdict::accept ? s.undisturbed_s + T : std::fmax(R(0), s.undisturbed_s - 3 * T);
-    // A place where the reference has changed before is asked for thrice as long.
+    // After a change of reference three times as long is required.
     const R needed_s = R(options_.ready_undisturbed_s) * (s.field.changes > 0 ? 3 : 1);
     if (has_lasted(s.undisturbed_s, needed_s) && has_lasted(s.field.heading_trust_s, R(options_.ready_evidence_s)))
         s.heading_confirmed = 1;

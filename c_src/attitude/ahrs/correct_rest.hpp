@@ -7,7 +7,7 @@ namespace hnav {
 
 template <class R>
 void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
-    constexpr R gate_nis = 16; // of 3: beyond it the mean rate is a turn of the body, not the bias
+    constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
     Eigen::Matrix<R, errors, 3> PHt;
     for (int k = 0; k < 3; ++k) PHt.col(k) = c.column(bias + k);
     Matrix3R S = rows<3>(PHt, bias);

@@ -1,5 +1,5 @@
-// Correction by the accelerometer: 0 = v + noise. A body moves, but it does not run away, and this tells the horizon. The noise is that
-// of a hand (motion_noise.hpp) and of velocities that last (lasting_motion.hpp).
+// Correction by the accelerometer: 0 = v + noise. The velocity of a body is bounded, which makes the tilt observable. The noise is that
+// of a hand (motion_noise.hpp) plus that of lasting velocities (lasting_motion.hpp).
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
@@ -33,10 +33,9 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const
     judge_hold(s, c.P(force_latency, force_latency));
 }
 
-// Rates that act an interval later or earlier than the options tell put the attitude out of step with the force, and that looks
-// like as much latency of the force. Which of both it is tells the likelihood of what has been learnt of the latency, l with
-// variance P from l0 with P0, if the true one is within its prior or an interval d beside it:
-// exp(+-(l - l0) d / P0 - d^2 (P0 - P) / (2 P0^2)).
+// If rates act an interval later or earlier than the option gyro_hold states, attitude and force are out of step, which looks like a
+// latency of the force by one interval d. The likelihood ratio of the estimated latency, l with variance P from l0 with P0, decides
+// between its prior and the prior shifted by d: exp(+-(l - l0) d / P0 - d^2 (P0 - P) / (2 P0^2)).
 template <class R>
 void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
     if (!(s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;

@@ -1,4 +1,4 @@
-// A correction: the covariance of now, what each sensor says about the error, and the error taken out of the state.
+// A correction: propagates the covariance, estimates the error from each sensor, and removes it from the state.
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
@@ -36,7 +36,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     ++s.corrections;
 }
 
-// What the force since the last correction says of the motion. A shock says nothing, but that the velocity may be another after it.
+// Updates the motion monitors with the force since the last correction. A shock only makes the velocity uncertain.
 template <class R>
 void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
     constexpr R shock_m_s2 = 100;
@@ -60,8 +60,8 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
     ((event.has(heading + after_heading) ? correct_by<Aid<heading + after_heading>>(s, c, event) : void()), ...);
 }
 
-// gamma is finite until the horizon is ready: the start may be further off than its sigma says. The heading is not
-// inflated: one that was wrong from the start is found by evidence, which an inflated sigma would call a small change.
+// gamma is finite until the horizon is ready, because the initial error may exceed its sigma. The heading is not inflated: a heading that
+// was wrong from the start is found by evidence (reference_field.hpp), which an inflated sigma would hide.
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;

@@ -19,7 +19,7 @@ struct AhrsModelOf<R>::Turned {
     Matrix3R rotation;
 
     Turned(const Covariance& P, const Matrix3R& G, const Eigen::Map<const Matrix39R>& L) {
-        // Column by column, here and below: Eigen would send products of this size through code for large matrices.
+        // By columns, here and below: Eigen would use its code for large matrices for products of this size.
         for (int i = 0; i < 3; ++i) {
             Vector column = P.col(Row::rotation + i);
             for (int j = 0; j < 3; ++j) column -= G(i, j) * P.col(bias + j);
@@ -32,11 +32,11 @@ struct AhrsModelOf<R>::Turned {
     }
 };
 
-// The rotation error of now, by the errors of before that it depends on: theta - L dS - G db.
+// The present rotation error from the errors before: theta - L dS - G db.
 template <class R>
 class AhrsModelOf<R>::RotationNow {
 public:
-    // The turn since the last event went on under one rate.
+    // Since the last event the rate was constant.
     explicit RotationNow(const State& s) : P_(s.P), G_(s.x + 4), L_(&s.rate_moment) {
         if (s.x[13] == s.turned_s) return;
         std::memcpy(shown_, s.rate_moment, sizeof shown_);
@@ -88,8 +88,8 @@ private:
     using Pair = Eigen::Array<R, 2, 1>;
 
     // With a = (L, G) and p the errors of calibration and bias, the covariance is M + M' + P_theta, M = a (U a' - P_ptheta) where
-    // P_pp = U + U': each pair of errors is met once. Half is one column of the bracket; the numbers of the calibration go two by
-    // two, which is how processors take them, and the ninth alone.
+    // P_pp = U + U': each pair of errors is visited once. Half is one column of the bracket; the nine calibration errors are processed
+    // in pairs (SIMD), the ninth alone.
     struct Half {
         Pair of_S[4];
         R of_S8, of_b[3];
@@ -117,7 +117,7 @@ private:
             HNAV_UNROLL
             for (int p = 0; p < j / 2; ++p) of_S[p] += a[j] * two(calibration + 2 * p, calibration + j);
             if (j == 8) continue;
-            // Down to the diagonal, which counts by half; below it stands what is no part of this column.
+            // Down to the diagonal, which has half weight; entries below it do not belong to this column.
             const Pair last = two(calibration + j / 2 * 2, calibration + j);
             of_S[j / 2] += a[j] * (j % 2 ? Pair(1, R(0.5)) : Pair(R(0.5), 0)) * last;
         }
@@ -140,7 +140,7 @@ private:
     const R* P_;
     const R* G_;
     const Moment* L_;
-    Moment shown_; // where the turn has gone on
+    Moment shown_; // at the time of x
 };
 
 // P <- Phi P Phi' + Q over the time since the last correction.
@@ -189,7 +189,7 @@ void AhrsModelOf<R>::propagate(Covariance& P, const State& s) const {
     diagonal<2>(P, reference).array() += density_.reference_psd * s.field_noise.scale2 * T;
 }
 
-// The azimuth of the field is that of the place, and a body that moves comes to other places.
+// The declination is that of the place; it changes when the body moves to other places.
 template <class R>
 void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
     if (s.rest.at_rest(options_)) return;

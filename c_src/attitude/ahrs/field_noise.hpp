@@ -1,6 +1,6 @@
-// How far the field here departs from one that is the same everywhere. The options say what a room's iron does; in the open
-// there is none. Iron that turns the azimuth changes the intensities too, and those are seen whatever the heading is: from
-// them follows the share of the options' noise that is there, beside the white noise of the magnetometer.
+// Disturbance of the field by iron of the place. The options state its size in a room; in the open there is none. Iron that turns the
+// azimuth also changes the intensities, which are observed whatever the heading is. They determine the share of the options' variance
+// that is present, in addition to the white noise of the magnetometer.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -13,15 +13,15 @@ namespace hnav {
 // Part of a filter's state: numbers of one kind only. Fields in units of the reference.
 template <class R>
 struct FieldNoise {
-    static constexpr R room = R(0.012);     // slow departures of the intensities in a room as the options have it
-    static constexpr R at_first = R(0.006); // what is taken for granted before any was seen
+    static constexpr R room = R(0.012); // slow departures of the intensities in a room as the options have it
+    static constexpr R at_first = R(0.006); // assumed before any was measured
 
     R last[2], has_last; // horizontal and vertical intensity of the mean field before
-    R white2;            // variance of a mean field beside the next
-    R slow[2];           // innovations of the intensities, smoothed over a second
-    R slow2;             // running mean square of one of them while the body turns
-    R scale2;            // share of the options' variances
-    R settled;           // 1: the options hold in full
+    R white2; // variance of a mean field beside the next
+    R slow[2]; // innovations of the intensities, smoothed over a second
+    R slow2; // running mean square of one of them while the body turns
+    R scale2; // share of the options' variances
+    R settled; // 1: the options hold in full
 
     void begin() {
         *this = {};
@@ -29,14 +29,14 @@ struct FieldNoise {
         scale2 = slow2 / (room * room);
     }
 
-    // With the benefit of hindsight a heading is the mean over all places of a recording: no few of them tell of the rest.
+    // In smoothing, a heading is the mean over all places of a recording, so a few places do not determine the share.
     void take_in_full() {
         settled = scale2 = 1;
         has_last = slow[0] = slow[1] = 0;
     }
 
     // Intensities of a mean field over T seconds, their innovations, the variance of one of these that comes from tilt and latency,
-    // and the share of the time for which the body turned: one at rest sees one place.
+    // and the share of the time for which the body turned, because a body at rest measures one place only.
     void note(const R* intensities, const R* innovations, R known2, R turning, R T) {
         constexpr R white_s = 5, smoothing_s = 1, memory_s = 20, outlier = R(0.05), rising = 3;
         if (settled > 0) return;

@@ -44,8 +44,8 @@ void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
     s.x[13] += T;
 }
 
-// Coning: a rate that is the mean of an interval turns the body further where its axis turns, and the rate of the interval
-// before tells by how much (Miller 1983).
+// Coning: if the axis of rotation turns, the mean rate of an interval misses a rotation, which follows from the rate of the interval
+// before (Miller 1983).
 template <class R>
 void AhrsModelOf<R>::hold(State& s, const Event& event) const {
     const Vector3R rate = vector_of<R>(event, gyro), before(s.rate);
@@ -66,8 +66,8 @@ void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
     examine(s, event);
     s.gap_too_long = is_gap_too_long(s, event);
     if (!holds_backward(options_) || !s.has(event, gyro)) return;
-    // Events of other sensors since the last rate went on under that one. If the new rate stands for their interval
-    // too, it takes its place; if samples of rate are missing in between, the mean of both does.
+    // Since the last rate sample, events of other sensors were processed under that rate. With backward hold the new rate replaces it for
+    // this interval; if rate samples are missing in between, the mean of both does.
     const R went_on_s = R(s.last_event_s - s.last_s[gyro]);
     const Vector3R before = turn_rate(s);
     hold(s, event);

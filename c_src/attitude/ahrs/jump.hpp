@@ -1,4 +1,4 @@
-// At an event: samples are gathered, and a few dozen times a second they correct.
+// At an event: gathers the samples, and corrects a few dozen times a second.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
@@ -21,7 +21,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
     } else {
         const R rate_s = s.has(event, gyro) ? interval(s, gyro, event.t_s) : 0;
         gather(s, event, rate_s);
-        // At the sample nearest to the interval, whatever its jitter.
+        // At the sample nearest to the end of the interval, so that jitter does not matter.
         const double since_s = event.t_s - s.last_correction_s;
         const bool due = has_lasted(since_s + 0.5 * double(rate_s), options_.correction_interval_s);
         if (due || has_aid(event)) correct(s, event);

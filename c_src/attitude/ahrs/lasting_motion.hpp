@@ -1,9 +1,9 @@
-// Velocities that last. A hand's come back within a second; a vehicle's go on for many, and a horizon that takes them for noise of a
-// hand tilts with every bend and brake. The gyroscope tells the two apart: over W seconds a horizon that is known to a tilt of
-// variance P lets the force gather no more than (g W)^2 P of velocity. What is more was a motion.
+// Lasting velocities. The velocity of a hand returns to 0 within a second; that of a vehicle lasts for many. If a vehicle's velocity is
+// treated as that of a hand, every bend and brake tilts the horizon. The gyroscope distinguishes the two: over W seconds a tilt error of
+// variance P explains an integrated force of variance (g W)^2 P. The excess is motion.
 //
-// The same force tells a horizon that is wrong. A body that accelerates feels gravity and more: its mean force is upwards by
-// g and longer than g. One whose horizon is wrong feels gravity alone: its mean force is g long and upwards by less.
+// The same force distinguishes a wrong horizon from an acceleration. If the body accelerates, the vertical component of the mean force is
+// g and its length exceeds g. If the horizon is wrong, its length is g and the vertical component is smaller.
 #pragma once
 
 #include "base/instant.hpp"
@@ -20,19 +20,19 @@ struct LastingMotion {
     static constexpr R scale_s[scales] = {2, 5, R(12.5)};
 
     R before[2]; // velocity after the last correction
-    R velocity[scales][2]; // horizontal, gathered from the force, each fading over its scale
-    R lasting[scales][2]; // its running mean: what comes back within the scale, as a hand does, is not in it
-    R power[scales], now[scales]; // square of one axis beyond what the tilt explains, running mean and present one, (m/s)^2
-    R counted2; // the largest of these that the last correction took for noise of a zero velocity
-    R down, down2; // vertical velocity, fading over two seconds, and its running mean square
-    R mean_force[3], mean_share; // its fading sum over some seconds, and that of ones
+    R velocity[scales][2]; // horizontal, integrated from the force, each decaying over its scale
+    R lasting[scales][2]; // its running mean, which excludes motion that returns within the scale
+    R power[scales], now[scales]; // mean square of one axis in excess of the tilt error: running mean and present value, (m/s)^2
+    R counted2; // largest value that the last correction used as noise of zero velocity
+    R down, down2; // vertical velocity, decaying over two seconds, and its running mean square
+    R mean_force[3], mean_share; // exponentially weighted sum of the force over some seconds, and of the weights
     R rest_force; // length of the mean force at the last rest, m/s^2; 0: no rest since this began
-    R force[3], force_s; // gathered in navigation axes while it speaks against the horizon, and for how long
+    R force[3], force_s; // integrated in navigation axes while it contradicts the horizon, and the time
 
-    // Nothing is known of the motion: its velocity has this mean square.
+    // Initialises for an unknown motion, whose velocity has this mean square.
     void begin(R power2) {
         *this = {};
-        power[0] = power2; // the shortest scale forgets it soonest
+        power[0] = power2; // the shortest scale decays soonest
         down2 = power2;
     }
 
@@ -70,7 +70,7 @@ struct LastingMotion {
         force_s += T;
     }
 
-    // A body at rest has none: what it had has ended. force: its length now, which is gravity and the bias of the accelerometer.
+    // Rest ends all lasting velocities. force: present length of the force, which is gravity plus accelerometer bias.
     void settle(R force, R T) {
         constexpr R settled_s = R(0.5);
         rest_force = force;
@@ -78,8 +78,8 @@ struct LastingMotion {
         for (R& p : power) p *= std::exp(-T / settled_s);
     }
 
-    // A velocity that no longer counts as noise has not ended: a car that went at 20 m/s goes on. Its square is what the velocity at the
-    // next correction is uncertain by; else 0 = v would tilt the horizon until the force had taken the velocity away.
+    // A lasting velocity does not end when it is no longer counted as noise: a car at 20 m/s continues. Its square is added to the variance
+    // of the velocity at the next correction; otherwise 0 = v would tilt the horizon.
     R uncount() {
         R counted_now2 = 0;
         for (int j = 0; j < scales; ++j) counted_now2 = std::fmax(counted_now2, std::fmax(power[j], now[j]));
@@ -88,24 +88,24 @@ struct LastingMotion {
         return released2;
     }
 
-    // The mean force of some seconds has another length than at rest, or than gravity before any rest: the body accelerates for long.
+    // Whether the length of the mean force differs from that at rest (before any rest: from gravity): a lasting acceleration.
     bool may_accelerate(R g) const {
-        // Of a bank of 16 deg. Less takes the swing of a hand for one: the mean force of a fast hand is off by 0.3 m/s^2 and its horizon right.
+        // That of a bank of 16 deg. A smaller limit is exceeded by a fast hand with a correct horizon, whose mean force differs by 0.3 m/s^2.
         constexpr R longer_m_s2 = R(0.4);
         if (!(mean_share > 0)) return false;
         const R expected = rest_force > 0 ? rest_force : g;
         return std::fabs(Vector3Of<R>(mean_force).norm() / mean_share - expected) > longer_m_s2;
     }
 
-    // Of the velocity at frequency zero, (m/s)^2/Hz, by the scale that shows most: 2 sigma^2 tau.
+    // Spectral density of the velocity at frequency zero, (m/s)^2/Hz, 2 sigma^2 tau, largest over the scales.
     R density2() const {
         R most = 0;
         for (int j = 0; j < scales; ++j) most = std::fmax(most, 2 * scale_s[j] * std::fmax(power[j], now[j]));
         return most;
     }
 
-    // Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates. 0: too early to tell, or nothing
-    // speaks for it, and the force is gathered anew.
+    // Logarithm of the likelihood ratio of a wrong horizon to an accelerating body. 0: the interval is too short, or acceleration is
+    // likelier, and the integration restarts.
     R wrong_horizon(R g) {
         constexpr R least_s = 3, longest_s = 20, min_ratio = R(0.5), velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
         // An aircraft in a turn that begins to sink has for some seconds a mean force of g beside its horizon. What goes far may climb or
@@ -117,13 +117,13 @@ struct LastingMotion {
         const R vertical2 = down2 + velocity2 + slope2 * std::fmax(power[1], now[1]);
         const R variance = vertical2 / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
-        // A force of another length than gravity is explained by neither.
+        // A force whose length differs from gravity contradicts a wrong horizon.
         if (ratio > min_ratio && !has_passed(force_s, longest_s) && by_length * by_length < sigmas2 * variance) return ratio;
         forget_force();
         return 0;
     }
 
-    // After a correction, which turned the horizon about north and east: the force gathered before was another.
+    // After a correction, which turned the horizon about north and east: adjusts the integrated force.
     void turn(const R* velocity_now, R north_rad, R east_rad, R g) {
         before[0] = velocity_now[0];
         before[1] = velocity_now[1];

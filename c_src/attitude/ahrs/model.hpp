@@ -1,22 +1,22 @@
-// The AHRS: an error-state filter for the gyroscopes, accelerometers and magnetometers that one can buy.
+// The AHRS: an error-state filter for off-the-shelf gyroscopes, accelerometers and magnetometers.
 //
-// Known of the body: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, bias and
+// States: attitude q, gyro bias b, gyro calibration S (scale and misalignment), horizontal velocity v, bias and
 // latency of the accelerometer, the reference field M = (H, 0, Z) in units of its strength, its declination d at the present
 // place, and the latency l of the magnetometer. Rate u = y - b - S y, and coning.
-// The error is held in navigation axes, q_true = exp(theta / 2) q, for there its transition needs no step:
+// The error is defined in navigation axes, q_true = exp(theta / 2) q, where its transition has a closed form:
 //     theta' = -R_bn (db + dS y) + noise     =>  theta(T) = theta - G db - L dS,  G = int R_bn, L = int R_bn (x) y'
-//     dv'    = g (-theta_E, theta_N)             (gravity, not the measured force: heading stays out of the horizon)
+//     dv'    = g (-theta_E, theta_N)             (gravity, not the measured force, decouples tilt from heading)
 // So the flow carries x = (q, G, clock) and not the covariance: at any time
 //     P(T) = Phi(G, L, T) P Phi' + Q(T),   Q_theta = int (n_g^2 + k^2 |u|^2) dt.
 //
 // Samples are gathered in navigation axes at their own times. A few dozen times a second they correct the estimate:
-//   velocity   0 = v + noise: a body moves, but it does not run away; this is what tells the horizon
+//   velocity   0 = v + noise: the velocity of a body is bounded, which makes the tilt observable
 //   rest       mean rate = b
 //   field      M against the mean field: azimuth, horizontal and vertical intensity. Tilt, velocity and gyro calibration
-//              are considered but not corrected: no magnet may tilt the horizon
-//   heading    what a heading aid says; other aids likewise
-// How much noise the motion and the place bring is estimated: motion_noise.hpp, field_noise.hpp. Which field is the
-// reference: reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
+//              are consider states: no magnet may tilt the horizon
+//   heading    a heading aid; other aids likewise
+// The noise of motion and place is estimated: motion_noise.hpp, field_noise.hpp. Choice of the reference field:
+// reference_field.hpp. Until the horizon is ready its covariance is inflated by the robust
 // law (robust_law.hpp), gamma finite; after that gamma is infinite.
 //
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
@@ -62,11 +62,11 @@ public:
 
     // start.hpp
     void begin(State& s) const; // the state before any sample
-    // Waits for a new start. What was learnt of the sensors stays: bias, calibration, latency.
+    // Waits for a new start. Estimated sensor errors are kept: bias, calibration, latency.
     void realign(State& s) const;
-    // Whoever changes the rate, its coning, or what is known of the gyroscope's errors says so.
+    // To be called after a change of the rate, its coning, or the estimated gyro errors.
     static void note_turning(State& s) { Eigen::Map<Vector3R>(s.turning) = rate(s) + Vector3R(s.coning); }
-    // Time reversed from here on, the next sample at t_s: rates change their sign, and with them bias, latency and velocity.
+    // Reverses time; the next sample is at t_s. Rates change sign, and with them bias, latency and velocity.
     static constexpr bool turns_back = true;
     void turn_back(State& s, double t_s) const;
 
@@ -80,13 +80,13 @@ public:
     void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
-    static constexpr int read = 4; // q: its integral and the clock turn nothing
+    static constexpr int read = 4; // q; its integral and the clock do not affect the outputs
     static constexpr bool knows_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
     static constexpr bool reholds = true;
     void before_flow(State& s, const Event& event) const;
-    // For a state that an integrator outside has brought over T seconds under the rate of before: the rate that came with
-    // the event takes its place, the error of the integrator stays.
+    // For a state that an external integrator has propagated over T seconds under the previous rate: replaces that rate by the rate of
+    // the event, and keeps the error of the integrator.
     void rehold(State& s, const Event& event, double T) const;
 
     // jump.hpp
@@ -103,7 +103,7 @@ public:
         return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], R(options_.gap_turn_factor));
     }
     ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
-    // What of it is due to a gyroscope whose hold may have been told wrongly, as one standard deviation with its direction.
+    // The part of it due to a possibly wrong option gyro_hold, as one standard deviation with its direction.
     Vector3Of<R> hold_error(const State& s) const;
     double bias_walk(const State&) const;
     double decay_rate(const State&) const;
@@ -119,11 +119,11 @@ private:
     using Matrix39R = Eigen::Matrix<R, 3, 9, Eigen::RowMajor>;
     using QuaternionR = QuaternionOf<R>;
 
-    // What corrections of one instant work on.
+    // Working memory of the corrections of one instant.
     struct Correction {
-        Covariance P; // once something has been learnt, its upper triangle alone
-        Vector error = Vector::Zero(); // what is learnt, applied to the state when all are done
-        bool sound = true;             // no correction has met a covariance without its sign
+        Covariance P; // after the first correction only its upper triangle is valid
+        Vector error = Vector::Zero(); // estimated error, applied to the state after all corrections
+        bool sound = true; // no correction has found an indefinite covariance
 
         explicit Correction(const State& s) : P(unpack_columns<errors>(s.P)) {}
 
@@ -136,7 +136,7 @@ private:
         Vector3R rotation_variances() const { return diagonal<3>(P, rotation); }
     };
 
-    // Before the first gyro sample the body is taken to be still.
+    // Before the first gyro sample the rate is 0.
     static Vector3R rate(const State& s) {
         if (!s.has_rate) return Vector3R::Zero();
         const Eigen::Map<const Eigen::Matrix<R, 3, 3, Eigen::RowMajor>> S(s.calibration);
@@ -152,31 +152,31 @@ private:
     bool tilt_ready(const State& s) const {
         return tilt_converged(s, s.tilt_excess.variance) && !s.lasting.may_accelerate(R(gravity_m_s2));
     }
-    // added: variance beside that of P, rad^2
+    // added: variance in addition to that of P, rad^2
     bool tilt_converged(const State& s, R added) const {
         const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
         return angle_ready(tilt + added, s.information.tilt, R(options_.ready_tilt_rad));
     }
 
-    static constexpr R suspected_hold = R(0.03); // of a user who does not know what the rates of a sensor stand for
-    // A field that contradicted the reference and took its place goes on contradicting the heading.
+    static constexpr R suspected_hold = R(0.03); // prior probability that the option gyro_hold is wrong
+    // A field that replaced the reference and still contradicts the heading.
     static constexpr R lasting_s = 60;
-    static constexpr R max_azimuth_rejected_s = 2; // beyond, the heading is doubted
-    // A field that is false and steady looks like a true one. What can be asked for is that it was seen for a while, from
-    // several sides or for longer, and that nothing spoke against it for longer than most disturbances pass unnoticed.
+    static constexpr R max_azimuth_rejected_s = 2; // beyond, the heading is not ready
+    // A steady false field cannot be distinguished from a true one. Readiness therefore requires that the field was observed for a while,
+    // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && !has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s) &&
                angle_ready(s.P[packed(rotation + 2, rotation + 2)] + heading_doubt(s), s.information.heading,
                            R(options_.ready_heading_rad));
     }
 
-    // Variance of the heading beside that of P: the reference may be false.
+    // Variance of the heading in addition to P: the reference may be false.
     R heading_doubt(const State& s) const {
         const bool field_alone = !reference_given(options_) && s.used[heading] == 0;
         return std::fmin(any_angle_variance<R>, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
     }
-    // The earth's field is 22 to 67 uT strong; a reference that is not, within the scale errors of usual magnetometers, has a
-    // part of at least the difference that is not the earth's, in any direction.
+    // The Earth's field has 22 to 67 uT. A reference outside this range, allowing for scale errors of usual magnetometers, contains a
+    // disturbance of at least the difference, in an unknown direction.
     static R implausible_azimuth2(const State& s) {
         constexpr R weakest = R(20e-6), strongest = R(70e-6);
         const R H = s.strength * s.reference[0], B = s.strength * length(s.reference[0], s.reference[1]);
@@ -252,8 +252,8 @@ private:
     void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
     void correct_rest(State& s, Correction& c) const; // correct_rest.hpp
 
-    // How the aid of one channel corrects, defined in a file of its own: correct_heading.cpp. Nobody else sees it, so that a
-    // new aid touches nothing here; the linker says which is missing.
+    // The correction by the aid of one channel, defined in a file of its own, such as correct_heading.cpp. A new aid changes nothing
+    // here; the linker reports a missing one.
     template <int channel>
     struct Aid;
     template <class OneAid>
@@ -284,7 +284,7 @@ private:
                              R inflation);
     void confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const;
 
-    // The options, and what is made of them once.
+    // The options, and values derived from them at creation.
     Options options_;
     AhrsDensities<R> density_;
     Sigmas sigma_;

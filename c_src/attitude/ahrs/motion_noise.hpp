@@ -1,6 +1,5 @@
-// How violently the body moves, from its force. The accelerometer tells the horizon because a body does not run away; how
-// tightly depends on the velocities that it has. In a hand they are what the options allow, on a bench there are none, and
-// the horizon is known as well as the noise of the force lets it be.
+// Estimates the velocity of the body from its force. The accelerometer observes the tilt because the velocity is bounded; the accuracy
+// depends on that bound. In a hand it is the option's value; on a bench it is 0, and only the noise of the force limits the tilt.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -12,19 +11,20 @@ namespace hnav {
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct MotionNoise {
-    // On recordings of hands the horizon is best at a density of the velocity that is so many times its root mean square.
-    static constexpr R densities = R(1.1);      // sqrt(s)
-    static constexpr R min_density = R(0.02);   // m/s/sqrt(Hz)
-    // The same while the body is not at rest: a ship that turns smoothly has accelerations of a minute, and none that the velocity of a
-    // second shows.
+    // Ratio of density to RMS velocity; chosen: on recordings of hands the tilt error is smallest.
+    static constexpr R densities = R(1.1); // sqrt(s)
+    static constexpr R min_density = R(0.02); // m/s/sqrt(Hz)
+    // The same while the body is not at rest: a ship in a smooth turn accelerates for a minute, which the velocity over a second does not
+    // show.
     static constexpr R min_moving_density = R(0.05);
-    static constexpr R force_density = R(0.002); // m/s^2/sqrt(Hz), of a usual chip: what the velocity gathers on a bench
+    static constexpr R force_density =
+        R(0.002); // m/s^2/sqrt(Hz), noise of a usual chip, which the velocity integrates on a bench
 
-    R mean_force[2]; // horizontal; a tilted horizon shows in it, and is no motion
-    R velocity[2]; // gathered from the rest of the force, and fading
+    R mean_force[2]; // horizontal; contains the tilt error, which is not motion
+    R velocity[2]; // integrated from the rest of the force, decaying
     R power; // running mean square of one axis, (m/s)^2
 
-    // Nothing is known of the motion: it may be all that the options allow.
+    // Initialises for an unknown motion, up to the limit of the options.
     void begin(R max_density2) {
         mean_force[0] = mean_force[1] = 0;
         forget_velocity();
@@ -42,7 +42,7 @@ struct MotionNoise {
         power += T / (memory_s + T) * (now() - power);
     }
 
-    // A motion counts from its first moment, and for a while after its end.
+    // A motion counts from its first sample, and for a while after its end.
     R density2(R max_density2, bool at_rest) const {
         const R least = at_rest ? min_density : min_moving_density;
         const R seen = densities * densities * std::fmax(power, now());

@@ -1,4 +1,4 @@
-// What the filter knows, in the quantities that all attitude filters tell.
+// Outputs, in the quantities that all attitude filters have.
 #pragma once
 
 #include "attitude/ahrs/covariance.hpp"
@@ -8,7 +8,7 @@ namespace hnav {
 template <class R>
 Quaternion AhrsModelOf<R>::attitude(const State& s) const {
     QuaternionR q = QuaternionR(s.x).normalized();
-    // As it will be at the present rate.
+    // Predicted at the present rate.
     if (R(options_.output_latency_s) != 0) q = multiply<R>(q, rotation_quaternion<R>(rate(s) * R(options_.output_latency_s)));
     return q.template cast<double>();
 }
@@ -25,7 +25,7 @@ Estimate AhrsModelOf<R>::estimate(const State& s) const {
     return e;
 }
 
-// Variance about each axis that has nothing to do with the errors of P, but that of the hold.
+// Variance about each axis that is independent of the errors in P, without that of the hold.
 template <class R>
 R AhrsModelOf<R>::noise_now(const State& s) const {
     return rotation_noise(s) + density_.gyro_rate_psd * turn_rate(s).squaredNorm() * (s.x[13] - s.turned_s);
@@ -42,7 +42,7 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
     return C;
 }
 
-// Variances about the navigation axes beside those of P.
+// Variances about the navigation axes in addition to P.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
     return {s.tilt_excess.variance, s.tilt_excess.variance, heading_doubt(s)};
@@ -97,7 +97,7 @@ double AhrsModelOf<R>::bias_walk(const State&) const {
     return std::sqrt(density_.bias_walk_psd);
 }
 
-// Not computed: a correction considers states that it leaves alone, and the field may change its reference in between.
+// Not computed: corrections have consider states, and the reference field may change in between.
 template <class R>
 double AhrsModelOf<R>::decay_rate(const State&) const {
     return 0;

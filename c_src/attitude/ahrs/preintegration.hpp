@@ -1,15 +1,15 @@
-// Samples between two corrections, gathered in navigation axes at their own times.
+// Integrates the samples between two corrections in navigation axes, at their own times.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
 
 namespace hnav {
 
-// A vector that keeps its direction in navigation axes, measured a share of a turn ago, in the body of now: to second order.
+// A vector that is constant in navigation axes, measured a share of a turn ago, in present body axes: to second order.
 template <class R>
 struct AhrsModelOf<R>::TurnedOn {
     Vector3R now_b;
-    Vector3R swept_b; // what falls off it with the share
+    Vector3R swept_b; // derivative by the share
 
     TurnedOn(const Vector3R& measured_b, const Vector3R& turn, R share) {
         const Vector3R turning = turn.cross(measured_b), again = turn.cross(turning);
@@ -30,7 +30,7 @@ void AhrsModelOf<R>::forget_window(State& s) {
     s.field_count = s.field_s = s.force_s = s.force_gap_s = s.gap_rotation = 0;
 }
 
-// The turn since the last event, which went on under one rate.
+// The rotation since the last event, under a constant rate.
 template <class R>
 void AhrsModelOf<R>::add_turn(const State& s, Moment& moment) {
     using Pair = Eigen::Array<R, 2, 1>;
@@ -74,8 +74,8 @@ void AhrsModelOf<R>::gather(State& s, const Event& event, R rate_s) const {
     else initialise_heading_by_field(s, vector_of<R>(event, mag));
 }
 
-// Whether a sample of force is the mean of its interval, and so half of it old, or a reading of its instant, the latency
-// tells; and what a wrong one does to the velocity of a body that turns tells the latency.
+// A force sample may be the mean of its interval, and so half an interval old, or a reading of its instant: the latency is estimated. Its
+// error changes the velocity of a body that turns, which makes it observable.
 template <class R>
 void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& R_bn) const {
     const Vector3R measured_b = vector_of<R>(event, accel);

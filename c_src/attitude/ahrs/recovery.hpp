@@ -1,8 +1,8 @@
-// An attitude that is lost is found again: by a force that speaks against the horizon (lasting_motion.hpp), or after a gap in which the
-// body may have turned to anywhere. What was learnt of the sensors stays.
+// Finds a lost attitude again: after a force that contradicts the horizon (lasting_motion.hpp), or after a gap with an unknown turn.
+// Estimated sensor errors are kept.
 //
-// After a gap nothing is corrected. Force is gathered in navigation axes, which the gyroscope keeps, until it is gravity
-// in the mean; then the horizon is turned by the angle between the two, unless it is small enough for the usual corrections.
+// After a gap there are no corrections. The force is averaged in gyro-stabilised axes until its mean is gravity; then the horizon is
+// turned onto it, unless the angle is small enough for the usual corrections.
 #pragma once
 
 #include "attitude/ahrs/condition.hpp"
@@ -10,11 +10,11 @@
 
 namespace hnav {
 
-// Before anything acts on the event. A rejected sample is treated as missing; the rate of a faulty axis is used as it stands,
-// because nothing better is known, and the variance of the rotation about it grows.
+// Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of the
+// rotation about it grows.
 template <class R>
 void AhrsModelOf<R>::examine(State& s, const Event& event) const {
-    constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
+    constexpr R turns_rad_s = R(0.2); // above any rate at rest
     const double t_s = event.t_s;
     const bool moves = !(s.rest.force_still > 0), turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
     const auto sample = [&](int c, Vector3R* y) {
@@ -28,7 +28,7 @@ void AhrsModelOf<R>::examine(State& s, const Event& event) const {
     if (found.rate_at_fault) lose_rate(s, t_s);
 }
 
-// The rotation about the axes at fault.
+// Variance of the rotation about faulty axes.
 template <class R>
 void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
     s.rest.still_s = 0;
@@ -44,7 +44,7 @@ void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
     s.information = {};
 }
 
-// heading_sigma: what the heading becomes uncertain by.
+// heading_sigma: added to the heading, rad.
 template <class R>
 void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
     constexpr R any_tilt_rad = 1;
@@ -60,7 +60,7 @@ void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) con
     s.lost = 1;
 }
 
-// Nothing is known of how the body moves.
+// The motion of the body is unknown.
 template <class R>
 void AhrsModelOf<R>::begin_motion(State& s) const {
     constexpr R densities2 = MotionNoise<R>::densities * MotionNoise<R>::densities;
@@ -69,10 +69,11 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
     s.lasting.begin(density_.velocity_density2 / densities2);
 }
 
-// Where the mean force of the last seconds is gravity and the horizon is another, it is turned there. True: it was.
+// If the mean force of the last seconds has the length of gravity but not the direction of the vertical, turns the horizon onto it and
+// returns true.
 template <class R>
 bool AhrsModelOf<R>::level_anew(State& s, Correction& c) const {
-    constexpr R found_rad = R(0.1), heading_rad = R(0.2); // what tilted the horizon may have turned the heading too
+    constexpr R found_rad = R(0.1), heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2)) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
@@ -94,7 +95,7 @@ void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
     q = multiply<R>(rotation_quaternion<R>(about * std::atan2(axis.norm(), -up[2])), QuaternionR(q)).normalized();
 }
 
-// Attitude and velocity as at a start: nothing about them follows from what was known of the sensors.
+// Attitude and velocity get the prior of a start, uncorrelated with the sensor errors.
 template <class R>
 void AhrsModelOf<R>::forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const {
     rows<2>(P, velocity).setZero();
@@ -105,13 +106,13 @@ void AhrsModelOf<R>::forget_rotation(Covariance& P, R tilt_variance, R heading_v
     diagonal<3>(P, rotation) = Vector3R(tilt_variance, tilt_variance, heading_variance);
 }
 
-// A gap so long that the turn in it may have been anything.
+// Whether the gap was so long that the turn in it is unknown.
 template <class R>
 bool AhrsModelOf<R>::is_gap_too_long(const State& s, const Event& event) const {
     return s.started && gap_variance(s, event) > 1;
 }
 
-// The attitude stays as it was before the gap: it may be the clock that jumped, not the body that turned.
+// The attitude of before the gap is kept, because the clock may have jumped while the body did not turn.
 template <class R>
 void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
     Correction c(s);
@@ -127,7 +128,7 @@ void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
     s.gap_too_long = 0;
 }
 
-// The clock was set: the body has hardly moved, but nobody knows for how long the samples were away.
+// The clock was set: the body has hardly moved, but the time without samples is unknown.
 template <class R>
 void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
     constexpr R tilt_rad = R(0.1), heading_rad = R(0.2);

@@ -1,14 +1,14 @@
-// Which magnetic field to believe in.
+// Choice of the magnetic reference field.
 //
-// The filter steers by a reference field (horizontal and vertical intensity; its azimuth is north by definition). A magnet
-// nearby, or a start in a distorted place, makes the field disagree with it. Two questions are answered here from the
-// field in navigation axes, as the filter sees it, and from time alone:
+// The heading refers to a reference field (horizontal and vertical intensity; its azimuth is north by definition). A magnet nearby, or a
+// start in a distorted place, makes the measured field disagree with it. Two decisions are made here from the measured field in
+// navigation axes and from time:
 //
-// * May this field correct the heading? The gate. A field whose intensities lie away from the reference is rejected, for
-//   a time that grows with the time for which the reference has served; after that it is taken in with inflated noise.
-// * Is the reference itself the odd one out? Evidence. Each field that comes by gathers the time for which it was seen,
-//   counted fully while the body turns (a magnet that moves with the body then shows) and less at rest. When a candidate
-//   has gathered enough against the reference, it takes its place.
+// * May this field correct the heading? The gate. A field whose intensities differ from the reference is rejected, for a time that grows
+//   with the age of the reference; after that it is used with inflated noise.
+// * Is the reference itself wrong? Evidence. For each candidate field the time for which it was measured is summed, with full weight while
+//   the body turns (which reveals a magnet that moves with the body) and less at rest. A candidate with enough evidence against the
+//   reference replaces it.
 #pragma once
 
 #include "base/instant.hpp"
@@ -35,22 +35,22 @@ struct MeanField {
 enum class FieldVerdict {
     accept,
     reject,
-    inflate,     // outside the gate for so long that it is taken in, with its noise inflated
-    inflate_anew // for the first time: the reference is to be learnt again
+    inflate, // outside the gate for so long that it is used with inflated noise
+    inflate_anew // for the first time: the reference is estimated again
 };
 
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct MagneticReference {
-    R served_s;        // time for which the field agreed with the reference
-    R rejected_s;      // time for which it was rejected, less what has been forgiven
-    R evidence_s;      // for the reference
-    R heading_trust_s; // for the heading, whatever reference it came from
+    R served_s; // time for which the field agreed with the reference
+    R rejected_s; // time for which it was rejected, minus what later agreement has cancelled
+    R evidence_s; // for the reference
+    R heading_trust_s; // for the heading, across changes of reference
     R candidate[3], candidate_evidence_s, candidate_age_s;
-    R inflating;       // 1: the gate is open although the field lies outside
-    R changes;         // references taken, the first not counted
+    R inflating; // 1: fields outside the gate are used
+    R changes; // number of changes of the reference
 
-    // The gate for a mean field that stands for T seconds. deviation: distance of the intensities from the reference.
+    // The gate for a mean field over T seconds. deviation: distance of the intensities from the reference.
     template <class Options>
     FieldVerdict judge(const Options& o, R deviation, R T) {
         if (deviation <= R(o.mag_gate)) {
@@ -97,8 +97,8 @@ struct MagneticReference {
                length(candidate_horizontal() - horizontal, candidate[2] - down) > R(o.mag_gate);
     }
 
-    // Share of the candidate's azimuth by which the heading is held to be wrong, when the candidate wins: none for a
-    // heading that has been confirmed for long, all for a fresh one.
+    // Share of the candidate's azimuth by which the heading turns when the candidate wins: 0 for a heading that was confirmed for long, 1
+    // for a new one.
     template <class Options>
     R distrust(const Options& o, R heading_variance) const {
         const R azimuth = candidate_azimuth_rad();
@@ -107,17 +107,17 @@ struct MagneticReference {
         return small ? 0 : 1 - std::fmin(R(1), heading_trust_s / R(o.trust_s));
     }
 
-    // The candidate becomes the reference, whoever steers by it.
+    // The candidate becomes the reference.
     void take_candidate() {
         evidence_s = candidate_evidence_s;
         served_s = rejected_s = inflating = 0;
         ++changes;
     }
 
-    // A reference that was learnt inside a shield or beside a magnet is the unit of another field; within four of them no place
-    // on Earth differs from another.
+    // A reference that was estimated inside a shield or beside a magnet is not that of the Earth; on Earth intensities differ by less than
+    // this factor.
     static bool is_another_unit(R strength) { return strength >= 4 || (strength <= R(0.25) && strength > 0); }
-    // What belongs to the candidate, and what the filter is to measure in if it wins.
+    // Properties of the candidate, and the unit of the field if it wins.
     R candidate_unit() const {
         const R strength = length(candidate_horizontal(), candidate[2]);
         return is_another_unit(strength) ? strength : 1;

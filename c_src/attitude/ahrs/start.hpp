@@ -1,4 +1,4 @@
-// Before the start, the start itself, and what a new start or a turn of time forgets.
+// The prior, the start, and what a new start or a reversal of time resets.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
@@ -30,7 +30,7 @@ void AhrsModelOf<R>::realign(State& s) const {
     ++s.seldom_changes;
 }
 
-// The sigmas are those of a filter that has seen the recording, wide enough to learn its other end anew.
+// Sigmas of a filter that has processed the recording, wide enough to estimate the other end again.
 template <class R>
 void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     for (R& b : s.bias) b = -b;
@@ -46,7 +46,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     const Sigmas& set = sigma_;
     start_covariance(s, {R(0.02), R(0.15), R(1e-3), set.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4), R(0.2) * set.force_bias,
                          R(0.1), set.declination});
-    // Evidence is of one direction of time: what ends the recording may be as false as what begins it.
+    // Evidence holds for one direction of time: the last field of a recording may be as wrong as the first.
     const MagneticReference<R> before = s.field;
     s.field = {};
     s.field.changes = before.changes;
@@ -110,7 +110,7 @@ typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) co
     return sigmas;
 }
 
-// A field known beforehand is the unit; a learnt one is its own.
+// The unit is the given field, or the first measured one.
 template <class R>
 void AhrsModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& field) {
     s.strength = field.strength;
@@ -163,7 +163,7 @@ void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
     }
 }
 
-// A filter that started without a field sees its first one: the field's azimuth is north, so the heading turns to it.
+// The first field after a start without one: its azimuth defines north, so the heading turns to it.
 template <class R>
 void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field_b) const {
     const Vector3R field_n = rotation_matrix<R>(QuaternionR(s.x)) * field_b;

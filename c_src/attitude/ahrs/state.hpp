@@ -1,4 +1,4 @@
-// What the AHRS makes of its options, and all that changes in it.
+// Settings of the AHRS, derived from its options, and its state.
 #pragma once
 
 #include "attitude/ahrs/field_noise.hpp"
@@ -58,7 +58,7 @@ AhrsSigmas<R> sigmas_of(const hnav_ahrs_options& o) {
             R(o.local_declination_rad)};
 }
 
-// Squares of the noise densities, which each sample asks for.
+// Squares of the noise densities, which each sample needs.
 template <class R>
 struct AhrsDensities {
     R gyro_psd;       // (rad/s)^2/Hz
@@ -84,21 +84,21 @@ struct AhrsDensities {
 template <class R>
 struct AhrsState {
     R x[ahrs_nx];
-    // What only corrections and starts change, one event in ten: the others leave it as it is, and it is not copied for them.
-    // Whoever writes any of it counts that.
+    // Members that only corrections and starts change, about one event in ten. For other events they are not copied. Every change
+    // increments seldom_changes.
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction
     R bias[3], calibration[9], reference[2], latency;
     R force_bias[3], force_latency; // of the accelerometer, m/s^2; its latency in its intervals
     R declination; // of the field here against the reference's north, rad
-    R wrong_hold; // probability that rates act an interval earlier or later than the options tell
+    R wrong_hold; // probability that rates act an interval earlier or later than the option gyro_hold states
     R strength; // of the field, T
     R foreign2; // share of the declination's variance from a field that is not the given one, rad^2; 0: the field is the given one
     MagneticReference<R> field;
     FieldNoise<R> field_noise;
     AngleInformation<R> information;
-    R undisturbed_s; // time for which nothing spoke against the reference
-    R heading_doubt; // rad^2, beside P: the reference may have been false
-    R contradicted_s; // time for which fields did so, less that for which they agreed since
+    R undisturbed_s; // time without contradiction of the reference
+    R heading_doubt; // rad^2, in addition to P: the reference may have been false
+    R contradicted_s; // time for which fields contradicted the heading, minus time of agreement since
     R azimuth_rejected_s;
     R gamma, gamma_margin;
     InnovationOf<R> innovation[channel_count];
@@ -109,23 +109,23 @@ struct AhrsState {
     std::uint64_t corrections, gamma_raised, repaired;
     std::uint64_t verdict; // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
-    std::uint64_t seldom_changes; // the count; the last of what seldom changes
+    std::uint64_t seldom_changes; // counts changes; last member of this group
 
     R velocity[2];
     R rate[3]; // held, as measured
-    R coning[3]; // what the turn of its axis adds to it
-    R turning[3]; // the constant rate that turns the body as far: from the rate without its errors, and coning
+    R coning[3]; // correction for the turn of its axis
+    R turning[3]; // constant rate of the same rotation: the corrected rate plus coning
     R force_turn[3]; // rotation vector since the last sample of force
     RateChange<R> rate_change;
     // Since the last correction: L = int R_bn (x) y' dt, a row for each axis, int |u|^2, both up to the last event, G and clock there,
     // the gathered samples.
     R rate_moment[3][9], rate_power, turned[9], turned_s;
     R field_sum[3], turn_sum[3], field_count, field_s, force_s, force_gap_s, gap_rotation;
-    R swept_velocity[2]; // what an interval of latency does to the velocity
+    R swept_velocity[2]; // change of the velocity by an interval of latency
     RestDetector<R> rest;
     MotionNoise<R> motion;
     LastingMotion<R> lasting;
-    TiltExcess<R> tilt_excess; // rad^2, beside P: corrections that are not white
+    TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     R velocity_down; // since the last correction
@@ -140,7 +140,7 @@ struct AhrsState {
     std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
     bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
 
-    // The time since the last sample of a channel shows that some are missing.
+    // Whether samples of a channel are missing, by the time since the last one.
     bool is_gap(int channel, double t_s) const { return hnav::is_gap(t_s - last_s[channel], spacing_s[channel]); }
 
     void note_time(int channel, double t_s) {

@@ -1,4 +1,4 @@
-// Whether the sigma of the tilt is true, from the corrections of the tilt.
+// Tests the stated sigma of the tilt by its corrections.
 //
 // In a filter whose models are valid the corrections are white, and the covariance of each is what it takes out of P (Mehra 1970). So
 // their sum over a time has a known variance. An acceleration that lasts longer than the filter allows for turns the horizon by many
@@ -15,15 +15,15 @@ namespace hnav {
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct TiltExcess {
-    // The longest time over which accelerations are looked for, as in lasting_motion.hpp. Shorter, the variance ends before the horizon is
-    // right again; longer, a gyroscope's drift that P contains hides the excess.
+    // The longest time scale of accelerations, as in lasting_motion.hpp. With a shorter time the variance decays before the horizon is
+    // right again; with a longer one the gyro drift contained in P hides the excess.
     static constexpr R memory_s = R(12.5);
 
-    R corrected[2]; // sum of the corrections about north and east, fading over memory_s, rad
+    R corrected[2]; // sum of the corrections about north and east, decaying over memory_s, rad
     R expected; // variance of it about one axis, rad^2
-    R variance; // the excess, at once when it grows, fading over memory_s, rad^2
+    R variance; // the excess, rad^2; grows at once, decays over memory_s
 
-    // correction: about north and east, rad; taken: what it took out of the variance of one axis, rad^2; T: since the last one, s.
+    // correction: about north and east, rad; taken: reduction of the variance of one axis, rad^2; T: time since the last one, s.
     void note(const R* correction, R taken, R T) {
         const R kept = memory_s / (memory_s + T);
         R square = 0;

@@ -6,8 +6,8 @@
 
 namespace hnav {
 
-// In the order in which samples of equal time act. From the heading on they are aids, which tell a part of the estimate
-// itself with its sigma.
+// In the order in which samples of equal time are used. From the heading on they are aids, which measure a part of the estimate
+// itself, with a sigma.
 enum Channel : int {
     gyro = HNAV_SENSOR_GYRO,
     accel = HNAV_SENSOR_ACCEL,
@@ -16,7 +16,7 @@ enum Channel : int {
     channel_count
 };
 
-// A reading: rate, force or field in body axes; or what an aid tells, and its sigma.
+// Values of a sample: rate, force or field in body axes; or those of an aid, and its sigma.
 using AttitudeEvent = FixedEvent<channel_count, 3>;
 using AttitudeSample = AttitudeEvent::Sample;
 

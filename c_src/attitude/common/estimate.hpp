@@ -1,5 +1,5 @@
-// What an attitude filter knows at one moment, in internal frames (rotation.hpp). What it tells is double, whatever scalar
-// its state has.
+// The estimate of an attitude filter at one moment, in internal frames (rotation.hpp). Outputs are double, whatever scalar the state
+// has.
 #pragma once
 
 #include "attitude/common/channels.hpp"
@@ -12,7 +12,7 @@ namespace hnav {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-// Of any sensor in any unit, and so of a gyro's bias; beyond lies nothing but overflow.
+// Largest value of a sample in any unit, and of a gyro bias; larger values overflow in products.
 constexpr double max_reading = 1e6;
 
 // A sample of three components.
@@ -42,8 +42,8 @@ struct Estimate {
     bool heading_ready = false;
 };
 
-// Whether numbers are an attitude and a gyro's bias. Coarse integration strains the length of a quaternion; what is left
-// of it beyond these bounds, or a bias beyond all rates, is no estimate.
+// Whether numbers can be an attitude and a gyro bias. Coarse integration changes the length of a quaternion; a length outside these
+// bounds, or a bias larger than any rate, is not an estimate.
 template <class R>
 inline bool has_sound_length(const R* q) {
     const R square = QuaternionOf<R>(q).squaredNorm();
@@ -54,7 +54,7 @@ inline bool is_plausible(const R* q, const R* bias) {
     return has_sound_length(q) && Vector3Of<R>(bias).cwiseAbs().maxCoeff() <= R(max_reading);
 }
 
-// The direction of a quaternion is the attitude, however an integrator outside has strained its length.
+// The direction of the quaternion is the attitude; an external integrator may have changed its length.
 template <class R>
 inline void restore_length(R* q) {
     if (!has_sound_length(q)) Eigen::Map<QuaternionOf<R>>(q).normalize();
@@ -62,12 +62,12 @@ inline void restore_length(R* q) {
 
 enum class FieldGate { accepted, rejected, inflated };
 
-// What a filter holds of the magnetic field and its sensor.
+// Estimates of the magnetic field and its sensor.
 struct FieldEstimate {
     bool known = false;
     double strength_tesla = 0, dip_rad = 0; // of the reference in use
-    double latency_s = 0, latency_sigma_s = 0; // of the magnetometer behind its time stamps
-    double evidence_s = 0;      // time for which the reference was seen, less at rest
+    double latency_s = 0, latency_sigma_s = 0; // latency of the magnetometer relative to its time stamps
+    double evidence_s = 0; // time for which the reference was observed, with less weight at rest
     double heading_trust_s = 0; // the same for the heading, through changes of reference
     int reference_changes = 0;
     FieldGate gate = FieldGate::accepted; // of the last field

@@ -5,8 +5,8 @@
 
 namespace hnav {
 
-// TRIAD (Black 1964): specific force tells down, the field's part across it tells magnetic north. False when they are
-// parallel to within about a thousandth of a radian: then there is no heading in them.
+// TRIAD (Black 1964): the specific force determines down, the horizontal part of the field magnetic north. Returns false if both are
+// parallel to within about 0.001 rad, because then the heading is undetermined.
 template <class R = double>
 inline bool triad(const Vector3Of<Exactly<R>>& force_b, const Vector3Of<Exactly<R>>& field_b, QuaternionOf<R>* q) {
     const Vector3Of<R> down = -force_b.normalized();

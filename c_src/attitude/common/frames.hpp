@@ -1,5 +1,5 @@
 // Between the user's frames and the filter's own (rotation.hpp): mounting of the sensor, magnetic declination, and
-// north-east-down or east-north-up. Nothing else in the library knows that there is more than one frame.
+// north-east-down or east-north-up. The rest of the library uses one frame only.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -12,11 +12,11 @@ struct Frames {
     Matrix3 navigation = Matrix3::Identity();  // the same as a matrix
     Matrix3 mounting = Matrix3::Identity();    // sensor to body
     double declination_rad = 0;
-    bool same_navigation = true, same_body = true; // most users': nothing is to be turned
+    bool same_navigation = true, same_body = true; // the usual case: no rotation is needed
 
     void set(bool east_north_up, double declination, const double* q_body_sensor) {
         declination_rad = declination;
-        // Magnetic north lies `declination` east of true north: a turn about down.
+        // Magnetic north is `declination` east of true north: a rotation about down.
         const Quaternion to_true_north = rotation_quaternion<Scalar>({0, 0, Scalar(declination)}).cast<double>();
         const double s = std::sqrt(0.5);
         const Quaternion enu_from_ned{0, s, s, 0};

@@ -22,7 +22,7 @@ public:
 
     R variance() const { return sigma_rad_ * sigma_rad_; }
 
-    // What the aid says beyond the heading of the estimate, within half a turn.
+    // The heading of the aid minus that of the estimate, within half a turn.
     R residual() const { return wrap_angle(measured_rad_ - std::atan2(body_x_[1], body_x_[0])); }
 
     // Derivative of the heading by a rotation about the navigation axes: theta x body_x, seen about down.
@@ -44,7 +44,7 @@ private:
     R measured_rad_, sigma_rad_;
 };
 
-// Keeps what the aid said: the innovation, its variance S with the noise that was parametrised, and its normalised square.
+// Stores the innovation, its variance S with the noise before inflation, and its NIS.
 template <class R>
 inline InnovationOf<R>& record_heading(InnovationOf<R>* innovations, double t_s, R innovation, R S, R nis) {
     InnovationOf<R>& i = innovations[heading];

@@ -1,7 +1,7 @@
 // Smoothing: a recording is filtered forward and backwards in time, and the two estimates of each row are fused.
 //
-// Forward, then twice backwards and forward, each pass started at the end of the one before: what was learnt of the sensors
-// serves all of the recording. The estimates of the last two passes are fused. If the smoothed heading departs from that of the first pass,
+// Forward, then twice backwards and forward, each pass started at the end of the one before, so that the sensor errors estimated by one
+// pass are used by the next. The estimates of the last two passes are fused. If the smoothed heading departs from that of the first pass,
 // which is the filter, by more than the filter's covariance allows, the heading of the filter is kept (Hindsight).
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace hnav {
 
-// Of one row by one pass, in the sense of time of the recording.
+// The estimate of one row by one pass, in the time direction of the recording.
 struct PassEstimate {
     Quaternion q_bn;
     Matrix3 rotation_covariance; // about the navigation axes
@@ -22,10 +22,10 @@ struct PassEstimate {
 };
 
 // Two estimates of one attitude, weighted by their covariances: q = exp(W v) q_f, v = log(q_b conj(q_f)),
-// W = P_f (P_f + P_b)^-1. Both passes met the same iron and the same sensors, so the covariance is not that of independent
-// estimates, P_i = (I - W) P_f, but twice as large; and where the two disagree it holds both:
-// P = 2 P_i + (W v) ((I - W) v)', made symmetric. The biases are fused component by component. An angle is ready when it is in
-// the estimate that knows it better: that is the one which the fusion relies upon.
+// W = P_f (P_f + P_b)^-1. Both passes use the same magnetic disturbances and the same sensors, so the covariance is not that of
+// independent estimates, P_i = (I - W) P_f, but twice as large; and where the two disagree it contains both:
+// P = 2 P_i + (W v) ((I - W) v)', made symmetric. The biases are fused component by component. An angle is ready if it is ready in the
+// estimate with the smaller variance, which dominates the fusion.
 inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backward) {
     const Matrix3& P = forward.rotation_covariance;
     const Matrix3 W = Cholesky<3>(P + backward.rotation_covariance).solve<3>(P).transpose();
@@ -54,7 +54,7 @@ inline PassEstimate fuse(const PassEstimate& forward, const PassEstimate& backwa
 // filter: a false field misled it from the start.
 class Hindsight {
 public:
-    // A row that stands for T seconds.
+    // Adds a row of weight T, s.
     void note(const PassEstimate& filter, const PassEstimate& smoothed, double T) {
         const double d = departure(filter, smoothed);
         departure_ += T * d * d / filter.rotation_covariance(2, 2);
@@ -66,7 +66,7 @@ public:
         return departure_ > time_s_ && departure_ < filter_wrong * time_s_;
     }
 
-    // Of the smoothed heading from the filter's, about down, rad.
+    // Departure of the smoothed heading from the filter's, about down, rad.
     static double departure(const PassEstimate& filter, const PassEstimate& smoothed) {
         return rotation_vector(multiply(smoothed.q_bn, conjugate(filter.q_bn)))[2];
     }
@@ -86,22 +86,22 @@ inline PassEstimate keep_heading(const PassEstimate& filter, const PassEstimate&
     return e;
 }
 
-// A Recording knows its rows and the filter that they go through:
+// A Recording gives access to its rows and to the filter:
 //     std::size_t size() const                      rows, at least one
 //     double t_s(std::size_t row) const
-//     bool holds_backward() const                   a sample of rate stands for the interval before it, not after it
+//     bool holds_backward() const                   a rate sample holds for the interval before it, not after it
 //     bool take(std::size_t row, double t_s, std::size_t rate_row, double rate_sign)
-//                                                   a row goes in at the filter's time t_s, with the rate of rate_row (size():
+//                                                   processes a row at the filter's time t_s, with the rate of rate_row (size():
 //                                                   none); false stops the smoother
 //     bool started()                                the filter has an attitude; false stops the smoother
 //     void turn_back(double t_s)                    time is reversed from here on, the next row at t_s
-//     PassEstimate estimate() const                 of the row that was taken last
-//     void record(std::size_t row)                  takes the filter's verdicts on the row, in the last pass
+//     PassEstimate estimate() const                 of the row processed last
+//     void record(std::size_t row)                  stores the verdicts of the filter on the row, in the last pass
 //     void write(std::size_t row, const PassEstimate&)
 template <class Recording>
 class Smoother {
 public:
-    // Room for two estimates of each row.
+    // Memory for two estimates of each row.
     Smoother(Recording& recording, PassEstimate* room)
         : recording_(recording), filter_(room), smoothed_(room + recording.size()) {}
 

@@ -30,7 +30,7 @@ struct StartSettings {
           field_wait_s(wait_s) {}
 };
 
-// What the options of all attitude filters mean alike.
+// From the options that all attitude filters share.
 template <class Options>
 inline bool holds_backward(const Options& o) {
     return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
@@ -53,8 +53,8 @@ struct FirstAttitude {
 
 // The mean of the newest samples that agree, in the body axes of now. A first sample may be wrong (a chip that wakes up, a lost byte), so a
 // start takes several. Each force is within max_acceleration of gravity, and each sample within max_apart of the mean of those before it,
-// which the gyroscope turns on. A sample further away begins the mean anew. After patience_s any samples do: a body may move so violently
-// that none agree.
+// propagated by the gyroscope. A sample further away restarts the mean. After patience_s any samples are accepted, because a body may
+// move so violently that none agree.
 //
 // Part of a filter's state: numbers of eight bytes only.
 template <class R>
@@ -102,7 +102,7 @@ struct StartSamples {
         }
         if (!has_field(settings)) {
             if (!has_lasted(event.t_s - first_s, settings.field_wait_s)) return false;
-            // Any heading is as likely as any other.
+            // Uniform on the circle.
             *found = {level_with_heading<R>(force(), 0), R(M_PI / std::sqrt(3.0))};
             return true;
         }

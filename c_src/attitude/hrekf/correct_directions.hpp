@@ -45,8 +45,8 @@ struct HrekfRows {
     static Vector3Of<R> of_c() { return {0, -1, 0}; }
 };
 
-// Of a field a thousand times the reference no more than the direction is to be believed: taken at its word it would throw
-// the bias beyond all rates.
+// A field of a thousand times the reference is used as a direction only: at its full length it would drive the bias estimate beyond
+// any rate.
 template <class R>
 inline Vector3Of<R> field_in_units(const AttitudeEvent& event, R strength) {
     const Vector3Of<R> field = vector_of<R>(event, mag) / strength;
@@ -73,7 +73,7 @@ void HrekfModelOf<R>::correct_directions(State& s, const Event& event) const {
     if (T_mag > 0) doubt_heading(s, T_mag);
 }
 
-// Keeps what a sensor said. A sample beyond its gate is not dropped: its noise grows until its distance is at the limit.
+// Stores the innovation of a sensor. A sample beyond its gate is not rejected: its noise is inflated until its NIS is at the limit.
 template <class R>
 void HrekfModelOf<R>::judge(State& s, double t_s, const HrekfDirection<R>& d, const HrekfCorrection<R>& correction,
                             HrekfRows<R>& rows) const {
@@ -103,7 +103,7 @@ void HrekfModelOf<R>::judge(State& s, double t_s, const HrekfDirection<R>& d, co
     ++s.gated[d.channel];
 }
 
-// All are judged before the first corrects.
+// All gates are evaluated before the first correction.
 template <class R>
 void HrekfModelOf<R>::correct_by(State& s, double t_s, const HrekfDirection<R>* directions, int count) const {
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));

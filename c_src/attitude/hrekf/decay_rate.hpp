@@ -1,8 +1,8 @@
-// The rate at which a correction makes the filter forget: the solver-free figure of the stability certificate.
+// The rate at which corrections reduce the influence of the initial error: the figure of the stability certificate that needs no solver.
 //
 // With e+ = M e over one correction (error_map.hpp) the rate is -ln |L+^-1 M L| / T, where P = L L' is the filter's
-// covariance after the correction before and P+ = L+ L+' that after this one: sqrt(e' P^-1 e) falls at least so fast. A
-// correction keeps what that takes; the rate itself is computed for who asks. Sampled-data form of Theorem 1 of the paper
+// covariance after the correction before and P+ = L+ L+' that after this one: sqrt(e' P^-1 e) decays at least so fast. A
+// correction stores what is needed; the rate is computed on request. Sampled-data form of Theorem 1 of the paper
 // (model.hpp), one P for each correction.
 #pragma once
 

@@ -1,4 +1,4 @@
-// How the difference of two estimates goes over one correction: what the decay rate (decay_rate.hpp) is computed from.
+// Propagation of the difference of two estimates over one correction, from which the decay rate (decay_rate.hpp) is computed.
 //
 // Two estimates with the same gains and samples differ by e = (theta, e_b): theta the rotation about the navigation axes, e_b the
 // difference of the biases, in body axes. From just after one correction to just after the next
@@ -22,7 +22,7 @@ struct ErrorMap {
     R A[9]; // s, column by column
     double interval_s; // from one to the other
 
-    // An attitude was found: no rate until the next correction.
+    // After a new start there is no rate until the next correction.
     void begin() { interval_s = 0; }
 
     // since_s: the correction before, after which the covariance was P; 0 for a second one at the same instant, which joins the first.

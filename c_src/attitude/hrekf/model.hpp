@@ -7,7 +7,7 @@
 // of which the integrator gets q and the integral of its rotation matrix, from which P follows: covariance.hpp. The jump at a sample is
 //     Sigma = inflate(P),  S = H Sigma H' + R,  K = Sigma H' S^-1,  x += K nu,
 //     P+ = Sigma - K H Sigma   (equals the paper's (Sigma^-1 + H'R^-1 H)^-1)
-// followed by the return of q to the unit sphere, of which the covariance learns too.
+// followed by the normalisation of q, which is applied to the covariance too.
 // Equations: Hybrid Robust Extended Kalman Filter for SINS initial alignment, TJEE 54(4), 2024,
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 //
@@ -93,7 +93,7 @@ public:
         return s.rate_change.silence_variance(silence_s, s.spacing_s, gap_turn_factor);
     }
     ErrorCovariance error_covariance(const State& s) const;
-    Vector3Of<R> hold_error(const State&) const { return Vector3Of<R>::Zero(); } // the hold is taken as told
+    Vector3Of<R> hold_error(const State&) const { return Vector3Of<R>::Zero(); } // the option gyro_hold is exact
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 rotation_variances(const State& s) const { return rotation_covariance(s).diagonal(); }
     Vector3 bias_variances(const State& s) const;
@@ -117,7 +117,7 @@ private:
         s.has_rate = 1;
     }
 
-    // Before the first gyro sample the body is taken to be still.
+    // Before the first gyro sample the rate is 0.
     static Vector3R turn_rate(const State& s) {
         if (!s.has_rate) return Vector3R::Zero();
         return Vector3R(s.rate) - Vector3R(s.bias);
@@ -154,7 +154,7 @@ private:
     static void put_reference(State& s, const ReferenceFieldOf<R>& reference);
     static void learn(State& s, const QuaternionR& q, const Vector3R& field_b);
 
-    // The interval that a sample stands for. No gap is told from a slow sensor: the limit bounds both.
+    // The interval that a sample stands for. A gap cannot be distinguished from a slow sensor; the limit bounds both.
     R interval(const State& s, int channel, double t_s) const {
         return R(interval_of_sample(t_s - s.last_s[channel], 0, options_.max_interval_s));
     }
@@ -172,14 +172,14 @@ private:
         return angle_ready(variances[2], s.information.heading, R(options_.ready_heading_rad));
     }
 
-    // Gates rely on the estimate, so each waits until the angle that its sensor sees is ready.
+    // A gate depends on the estimate, so it is used only when the angle that its sensor observes is ready.
     bool gate_works(const State& s, int channel, const Vector3R& variances) const {
         return tilt_ready(s, variances) && (channel == accel || heading_ready(s, variances));
     }
 
     R gate_nis(int channel) const { return R(gates_.nis[channel]); }
 
-    // The options, and what is made of them once.
+    // The options, and values derived from them at creation.
     Options options_;
     HrekfDensities<R> density_;
     HrekfLaw<R> law_;

@@ -52,8 +52,8 @@ struct AdaptationWindow {
 
     void clear() { *this = {std::numeric_limits<double>::quiet_NaN(), 0, {0, 0, 0}, 0, 0, 0}; }
 
-    // Takes in a correction at t_s, interval_s after the one before: bias_step = K0 nu, change = tr(P0+ - P+_{k-1}). True when the
-    // window is full.
+    // Adds a correction at t_s, interval_s after the one before: bias_step = K0 nu, change = tr(P0+ - P+_{k-1}). Returns true when
+    // the window is full.
     bool add(double t_s, double interval_s, const Vector3Of<R>& bias_step, R change_of_trace) {
         if (std::isnan(settled_s)) settled_s = t_s + settling_s;
         if (!(t_s - interval_s >= settled_s - instant_s(t_s, interval_s))) return false;
@@ -63,7 +63,7 @@ struct AdaptationWindow {
         return has_lasted(elapsed_s, double(window_s));
     }
 
-    // The factor by which Q changes, of which q is the level; the window begins anew.
+    // Returns the factor on Q, whose level is q, and starts a new window.
     R factor(const AdaptationSettings<R>& settings, R level) {
         constexpr R first_step = R(0.9), least_factor = R(0.05);
         const R estimate = (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2] + change) / (3 * R(elapsed_s));

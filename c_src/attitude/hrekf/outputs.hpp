@@ -1,4 +1,4 @@
-// What the filter knows, in the quantities that all attitude filters tell.
+// Outputs, in the quantities that all attitude filters have.
 #pragma once
 
 #include "attitude/hrekf/decay_rate.hpp"
@@ -51,7 +51,7 @@ double HrekfModelOf<R>::bias_walk(const State& s) const {
 
 template <class R>
 double HrekfModelOf<R>::decay_rate(const State& s) const {
-    if constexpr (small_build) return 0; // a figure for who studies a filter
+    if constexpr (small_build) return 0; // the small build leaves it out
     else return hnav::decay_rate(s.error_map, s.P);
 }
 

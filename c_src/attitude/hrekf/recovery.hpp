@@ -1,5 +1,4 @@
-// Sensors at fault, gaps, and an attitude that is lost: which samples are used, which variances grow, and when the filter
-// starts anew.
+// Sensor faults, gaps, and a lost attitude: which samples are used, which variances grow, and when the filter starts again.
 #pragma once
 
 #include "attitude/hrekf/model.hpp"
@@ -7,11 +6,11 @@
 
 namespace hnav {
 
-// Before anything acts on the event. A rejected sample is treated as missing; the rate of a faulty axis is used as it stands, and
-// the variance of the rotation about it grows.
+// Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of
+// the rotation about it grows.
 template <class R>
 void HrekfModelOf<R>::examine(State& s, const Event& event) const {
-    constexpr R turns_rad_s = R(0.2); // more than a rate at rest is
+    constexpr R turns_rad_s = R(0.2); // above any rate at rest
     const bool turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
     const auto sample = [&](int c, Vector3R* y) {
         if (!event.has(c)) return false;
@@ -24,7 +23,7 @@ void HrekfModelOf<R>::examine(State& s, const Event& event) const {
     if (found.rate_at_fault) lose_rate(s, event.t_s);
 }
 
-// The rotation about the axes at fault, with a rate that may be anything a hand does.
+// Variance of the rotation about faulty axes, with the rates of a hand.
 template <class R>
 void HrekfModelOf<R>::lose_rate(State& s, double t_s) const {
     if (!s.started) return;
@@ -52,8 +51,7 @@ void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
     widen(s, Matrix3R(variance * Matrix3R::Identity()));
 }
 
-// The mean force lies far from the vertical although it is as large as gravity; or there was a gap in which the body may have
-// turned to anywhere.
+// The mean force is far from the vertical although its length is that of gravity; or the turn in a gap is unknown.
 template <class R>
 bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     constexpr R mean_s = 1, far_cosine = R(0.76); // 40 deg
@@ -79,8 +77,8 @@ void HrekfModelOf<R>::lose_attitude(State& s) const {
     ++s.times_lost;
 }
 
-// A field that goes on to lie far from the reference speaks against one of the two, or against the heading: it is ready again
-// when enough has been learnt of it after that.
+// A field that stays far from the reference contradicts the reference or the heading: the heading is ready again when enough
+// information about it has been gathered afterwards.
 template <class R>
 void HrekfModelOf<R>::doubt_heading(State& s, R interval_s) {
     constexpr R far = R(0.5), max_far_s = 2; // of the reference's length: about 30 deg

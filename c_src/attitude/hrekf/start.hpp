@@ -1,11 +1,11 @@
-// Before the start: what the filter is sure of, and the attitude it starts from.
+// The prior covariance, and the initial attitude.
 #pragma once
 
 #include "attitude/hrekf/model.hpp"
 
 namespace hnav {
 
-// Whatever the attitude: the rotation is about the navigation axes.
+// Valid for any attitude, because the rotation error is about the navigation axes.
 template <class R>
 void HrekfModelOf<R>::put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const {
     const R tilt = R(options_.start_sigma_tilt_rad);

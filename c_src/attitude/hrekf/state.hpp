@@ -1,4 +1,4 @@
-// What the paper's filter makes of its options, and all that changes in it.
+// Settings of the paper's filter, derived from its options, and its state.
 #pragma once
 
 #include "attitude/common/estimate.hpp"
@@ -22,7 +22,7 @@ struct HrekfPlaces {
 };
 constexpr int hrekf_nx = 14;
 
-// Squares of the noise densities, which each sample asks for.
+// Squares of the noise densities, which each sample needs.
 template <class R>
 struct HrekfDensities {
     R gyro_psd;       // (rad/s)^2/Hz
@@ -39,15 +39,15 @@ struct HrekfDensities {
           mag_density2(R(square(o.mag_noise_per_sqrt_hz))) {}
 };
 
-// Normalised innovations squared beyond which the noise of a sample is inflated; 0: never.
+// NIS beyond which the noise of a sample is inflated; 0: never.
 struct HrekfGates {
     double nis[heading + 1];
 
     explicit HrekfGates(const hnav_hrekf_options& o) : nis{0, accel_gate(o), o.mag_gate_nis, o.heading_gate_nis} {}
 
 private:
-    // An innovation of force beyond this share of the default noise is an acceleration, whatever noise is given: the gate stays
-    // at the size of that innovation, up to the chi square limit of 99.7 % with 3 degrees of freedom.
+    // A force innovation beyond this multiple of the default noise is an acceleration, whatever noise the options state: the gate
+    // stays at that innovation, up to the 99.7 % limit of chi-square with 3 degrees of freedom.
     static double accel_gate(const hnav_hrekf_options& o) {
         constexpr double usual_nis = 0.13, usual_density = 0.115, chi_square = 13.9;
         if (o.accel_gate_nis >= 0) return o.accel_gate_nis;
@@ -79,7 +79,7 @@ struct HrekfState {
     R x[hrekf_nx];
     R bias[3];
     R P[21]; // upper triangle of the covariance of (theta, b) just after the last correction
-    // How the walk of the bias has become rotation up to the last event, and A and time there: bias_walk.hpp.
+    // Rotation variance by the bias walk up to the last event, with A and the time there: bias_walk.hpp.
     R C[9], N[6], walk_A[9], walk_s;
     R rate[3]; // held
     R bias_psd[6]; // upper triangle of Q_b
@@ -99,11 +99,11 @@ struct HrekfState {
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     RateChange<R> rate_change;
-    double spacing_s; // usual time between two rates
+    double spacing_s; // usual time between two rate samples
     R mean_force[3]; // in navigation axes, of the last second
-    std::uint64_t force_changes; // the newest force lies away from that
-    R field_far_s; // time for which the field lay far from the reference, less that for which it did not
-    std::uint64_t lost, times_lost; // started anew, or waiting for that
+    std::uint64_t force_changes; // the newest force differs from it
+    R field_far_s; // time for which the field was far from the reference, minus time near it
+    std::uint64_t lost, times_lost; // 1 while the start is awaited; number of losses
 
     std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
     bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
