@@ -24,11 +24,11 @@ OnU regression(const Covariance& P) {
     return on;
 }
 
-Circle circle_of(const State& s, const double covariance[2][2], const ToldHeading& told) {
+Circle circle_of(const State& s, const double covariance[2][2], const ExternalHeading& external) {
     const double wider = widened(s), m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
     const double S[2][2] = {{covariance[0][0] * wider, covariance[0][1] * wider},
                             {covariance[1][0] * wider, covariance[1][1] * wider}};
-    return heading_on_circle(m, S, told);
+    return heading_on_circle(m, S, external);
 }
 
 // d(u)/d(alpha) at the likeliest alpha.
@@ -70,7 +70,7 @@ Model::Spread Model::spread(const State& s, const Covariance& P) const {
 // and then an outlier has a small NIS. External headings are left out: they may be wrong, and a fix that contradicts them must pass.
 double Model::nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const {
     const OnU on = regression(P);
-    const Circle circle = s.told.information > 0 ? circle_of(s, on.S, {}) : s.circle;
+    const Circle circle = s.external.information > 0 ? circle_of(s, on.S, {}) : s.circle;
     const Tangent t(circle);
     const double spread = circle.spread_rad, across = spread * spread / std::sqrt(2.0);
     const double turned[2] = {t.y - std::cos(s.circle.mode_rad), -t.x - std::sin(s.circle.mode_rad)};
@@ -116,8 +116,8 @@ void leave_vertical_bias(const State& s, const Covariance& before, Covariance& a
     constexpr double any_rad = 1;
     if (!(s.circle.spread_rad > any_rad)) return;
     const Vector3 vertical_b = attitude(s).row(2).transpose();
-    const double told = vertical_b.dot((before.block(row_gyro, row_gyro) - after.block(row_gyro, row_gyro)) * vertical_b);
-    const Matrix3 kept = std::fmax(0, told) * vertical_b * vertical_b.transpose();
+    const double learnt = vertical_b.dot((before.block(row_gyro, row_gyro) - after.block(row_gyro, row_gyro)) * vertical_b);
+    const Matrix3 kept = std::fmax(0, learnt) * vertical_b * vertical_b.transpose();
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) after[row_gyro + i][row_gyro + j] += kept(i, j);
     vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
@@ -141,7 +141,7 @@ void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
 void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
     const OnU on = regression(P);
     const double m[2] = {s.u[0] + s.mean[row_u], s.u[1] + s.mean[row_u + 1]};
-    if (look_at_circle) s.circle = circle_of(s, on.S, s.told);
+    if (look_at_circle) s.circle = circle_of(s, on.S, s.external);
     const double u[2] = {std::cos(s.circle.mode_rad), std::sin(s.circle.mode_rad)};
     const auto by_u = [&on, &u](int row, const double* from) {
         return on.G[row][0] * (u[0] - from[0]) + on.G[row][1] * (u[1] - from[1]);
@@ -175,8 +175,8 @@ void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double vari
     i.noise_scale = over * over;
     if (over > 1) ++s.inflated[ins::heading];
     const double information = share / own;
-    s.told.information += information;
-    s.told.alpha_rad += information / s.told.information * std::remainder(alpha_rad - s.told.alpha_rad, 2 * M_PI);
+    s.external.information += information;
+    s.external.alpha_rad += information / s.external.information * std::remainder(alpha_rad - s.external.alpha_rad, 2 * M_PI);
     centre(s, P, true);
     const Spread after = spread(s, P);
     note_gain(s, ins::heading, before, after);
@@ -245,7 +245,7 @@ void Model::collapse(State& s, Covariance& P) const {
 
 // The gyroscopes have lost the heading, by a long rest with an unknown bias or by a saturated axis. Tilt and biases are kept; heading,
 // velocity and displacement are estimated again from their priors.
-void Model::start_heading_anew(State& s, Covariance& P, const Event& event) const {
+void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     double tilt_and_biases[errors] = {};
     for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale, row_iron})
         for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
@@ -276,7 +276,7 @@ void Model::start_heading_anew(State& s, Covariance& P, const Event& event) cons
     P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
     s.u[0] = s.u[1] = 0;
     s.circle = any;
-    s.told = {};
+    s.external = {};
     s.placed_s = event.t_s;
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;

@@ -10,16 +10,16 @@ namespace {
 // alpha from an external heading, normalised by its variance.
 struct Distance {
     double m[2], i00, i01, i11;
-    double told_rad, information, offset; // information 0: there is no external heading
+    double external_rad, information, offset; // information 0: there is no external heading
 
     double at(double alpha) const {
-        const double x = std::cos(alpha) - m[0], y = std::sin(alpha) - m[1], off = std::remainder(alpha - told_rad, 2 * M_PI);
+        const double x = std::cos(alpha) - m[0], y = std::sin(alpha) - m[1], off = std::remainder(alpha - external_rad, 2 * M_PI);
         return 0.5 * (i00 * x * x + 2 * i01 * x * y + i11 * y * y + information * off * off) + offset;
     }
     void derivatives(double alpha, double* first, double* second) const {
         const double c = std::cos(alpha), s = std::sin(alpha), x = c - m[0], y = s - m[1];
         const double gx = i00 * x + i01 * y, gy = i01 * x + i11 * y;
-        *first = -gx * s + gy * c + information * std::remainder(alpha - told_rad, 2 * M_PI);
+        *first = -gx * s + gy * c + information * std::remainder(alpha - external_rad, 2 * M_PI);
         *second = i00 * s * s - 2 * i01 * s * c + i11 * c * c - gx * c - gy * s + information;
     }
 };
@@ -57,7 +57,7 @@ struct Part {
         for (int k = 0; k < grid; ++k) value[k] = distance.at(k * step);
         for (int k = 0; k < grid; ++k)
             if (value[k] < value[(k + grid - 1) % grid] && value[k] <= value[(k + 1) % grid]) add(sharpened(distance, k * step));
-        if (count == 0) add({distance.information > 0 ? distance.told_rad : 0, distance.at(0), M_PI});
+        if (count == 0) add({distance.information > 0 ? distance.external_rad : 0, distance.at(0), M_PI});
     }
     void add(const Mode& mode) {
         if (count == 2 && !(mode.distance < modes[1].distance)) return;
@@ -119,19 +119,20 @@ Moments about(const Part& wrong, const Part& right) {
 // nats. Chosen: with a larger value the uniform part alone would spread a correct heading by more than heading_found_rad.
 constexpr double wrong_share = 1e-4;
 
-Circle heading_on_circle(const double* m, const double S[2][2], const ToldHeading& told) {
+Circle heading_on_circle(const double* m, const double S[2][2], const ExternalHeading& external) {
     const double determinant = S[0][0] * S[1][1] - S[0][1] * S[0][1];
     if (!(determinant > 0)) return {std::atan2(m[1], m[0]), 0, 0, 0, {0, 0, 0}};
     const double likelihood =
-        (1 - wrong_share) / wrong_share * std::sqrt(2 * M_PI * told.information); // relative to the uniform part
-    Distance distance{{m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant, told.alpha_rad, 0, 0};
+        (1 - wrong_share) / wrong_share * std::sqrt(2 * M_PI * external.information); // relative to the uniform part
+    Distance distance{
+        {m[0], m[1]}, S[1][1] / determinant, -S[0][1] / determinant, S[0][0] / determinant, external.alpha_rad, 0, 0};
     const Part wrong(distance);
-    distance.information = told.information;
+    distance.information = external.information;
     distance.offset = -std::log(likelihood);
-    const Part right = told.information > 0 ? Part(distance) : wrong;
+    const Part right = external.information > 0 ? Part(distance) : wrong;
     Moments moments = about(wrong, right);
     moments.add(wrong);
-    if (told.information > 0) moments.add(right);
+    if (external.information > 0) moments.add(right);
     const double mass = moments.mass[0] + moments.mass[1];
     const double second_rad = moments.count == 2 ? std::remainder(moments.modes[1].alpha, 2 * M_PI) : 0;
     const double* c = moments.chord;

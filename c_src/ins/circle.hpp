@@ -14,6 +14,6 @@ namespace hnav::ins {
 constexpr Circle any = {0, 1.8137993642342178, 0, 0, {1.5, 0, 0.5}};
 
 // m: mean of u, 2; S: its covariance, 2 x 2, symmetric.
-Circle heading_on_circle(const double* m, const double S[2][2], const ToldHeading& told);
+Circle heading_on_circle(const double* m, const double S[2][2], const ExternalHeading& external);
 
 } // namespace hnav::ins

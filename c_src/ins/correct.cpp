@@ -141,10 +141,12 @@ double Model::misfit(const State& s, double now_s) const {
     // correlated with an unknown accelerometer bias, have a mean too; that window is weighted by long_part.
     constexpr double begins = 20, ends = 3, long_part = 0.25;
     const bool by_velocity = judges_velocity(s, now_s);
-    const bool doubted = is_within(now_s - s.doubted_s, lasts_s);
+    const bool inconsistent = is_within(now_s - s.inconsistent_s, lasts_s);
     const bool claimed = has_passed(now_s - s.heading_since_s, options_.ready_hold_s);
     const Consistency& fit = s.fit(by_velocity ? velocity : position);
-    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (doubted ? ends : claimed ? begins : coarse * begins);
+    const double misfit = std::fmax(fit.bias(0), long_part * fit.bias(1)) / (inconsistent ? ends
+                                                                             : claimed    ? begins
+                                                                                          : coarse * begins);
     if (misfit > 1) return std::fmin(fastest, misfit);
     // Without velocities the slow position error may absorb an error of the state; it must stay within its own sigma.
     const bool swallows =
@@ -155,7 +157,7 @@ double Model::misfit(const State& s, double now_s) const {
 // Innovations with a significant mean: the state is wrong and its covariance too small. The sigmas of all rows that could explain it
 // grow by the misfit (fading memory, Zhou and Frank 1996) until the innovations fit. A heading lost in this way is searched again, a
 // lost tilt is levelled again. The information that readiness needs must be gathered again.
-void Model::doubt(State& s, Covariance& P, double now_s) const {
+void Model::inflate_inconsistent(State& s, Covariance& P, double now_s) const {
     constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30,
                      late = 1; // largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s
     // Evaluated once for each fix, at the event after it.
@@ -176,7 +178,7 @@ void Model::doubt(State& s, Covariance& P, double now_s) const {
     widen_to(row_accel, 3, accel);
     widen_to(row_latency, 1, late);
     for (Consistency& fit : s.fits) fit.widen(factor);
-    s.doubted_s = now_s;
+    s.inconsistent_s = now_s;
     s.information_tilt = s.information_heading = s.information_velocity = 0;
 }
 
@@ -241,7 +243,7 @@ void Model::note_refusal(State& s, int channel, bool refused, double now_s) {
 
 // Accepts a jump that has lasted: as an error of the GNSS position, or as a real change of velocity. If the first positions of a start
 // were wrong, the estimated position is wrong instead.
-void Model::believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const {
+void Model::accept_jump(State& s, Covariance& P, int channel, double off, double now_s) const {
     int row = row_v;
     if (channel == position) {
         const bool first = first_were_wrong(s, now_s);
@@ -266,15 +268,15 @@ double noise_of(const State& s, int channel) {
 
 // Accepts a jump that lasts. Before the heading is found the first fix may be the wrong one; only later fixes can decide.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
-    constexpr double believed_when_free = 3, fresh_s = 10;
-    if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= believed_when_free &&
+    constexpr double refusals_when_free = 3, fresh_s = 10;
+    if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= refusals_when_free &&
         is_within(event.t_s - s.last_s[position], fresh_s)) {
         s.first_was_wrong = 1; // and tilt and biases have followed it
         return;
     }
     const double off = vec(m.r).norm();
     if (outlasts(s, m.channel, off, event.t_s) && !is_contradicted(s, m.channel, event.t_s)) {
-        believe_jump(s, P, m.channel, off, event.t_s);
+        accept_jump(s, P, m.channel, off, event.t_s);
         m.gated = false;
     }
     if (m.channel != ins::rest) s.fit(m.channel).restate(square(event.value[m.channel][3]));
@@ -295,23 +297,25 @@ void Model::note_strain(State& s, int channel, double nis, double now_s) {
     else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
 }
 
-void Model::begin_anew_if_wrong(State& s, double now_s) const {
+void Model::restart_if_wrong(State& s, double now_s) const {
     constexpr double patience_s = 10;
     if (s.phase == Phase::navigating && at_rest(s, now_s)) s.strained_since_s = nan; // rest has a monitor of its own
-    if (s.first_was_wrong || has_passed(now_s - s.strained_since_s, patience_s)) begin_all_anew(s, now_s);
+    if (s.first_was_wrong || has_passed(now_s - s.strained_since_s, patience_s)) restart(s, now_s);
 }
 
 // Starts again from the priors: nothing that was learnt is kept. If the last restart was a short time ago, the biases may exceed their
 // priors, which are widened.
-void Model::begin_all_anew(State& s, double now_s) const {
+void Model::restart(State& s, double now_s) const {
     constexpr double soon_s = 120, wider = 5, widest = 100;
-    s.bias_doubt = is_within(now_s - s.anew_s, soon_s) && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_doubt) : 1;
-    s.anew_s = now_s;
+    s.bias_inflation =
+        is_within(now_s - s.restarted_s, soon_s) && !s.first_was_wrong ? std::fmin(widest, wider * s.bias_inflation) : 1;
+    s.restarted_s = now_s;
     ++s.times_lost;
     // Motion contradicted the heading: the compass or the field may be wrong, so their variance is inflated.
     constexpr double more = 1e4, most = 1e8, fresh_s = 60;
     const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
-    if (!s.first_was_wrong && is_within(now_s - compass_s, fresh_s)) s.heading_doubt = std::fmin(most, more * s.heading_doubt);
+    if (!s.first_was_wrong && is_within(now_s - compass_s, fresh_s))
+        s.heading_inflation = std::fmin(most, more * s.heading_inflation);
     s.first_was_wrong = 0;
     vec(s.gyro_bias).setZero();
     vec(s.accel_bias).setZero();
@@ -321,8 +325,8 @@ void Model::begin_all_anew(State& s, double now_s) const {
         P.forget(row_gyro + i);
         P.forget(row_accel + i);
         P.forget(row_gyro_scale + i);
-        P[row_gyro + i][row_gyro + i] = square(s.bias_doubt * options_.start_sigma_gyro_bias_rad_s);
-        P[row_accel + i][row_accel + i] = square(s.bias_doubt * options_.start_sigma_accel_bias_m_s2);
+        P[row_gyro + i][row_gyro + i] = square(s.bias_inflation * options_.start_sigma_gyro_bias_rad_s);
+        P[row_accel + i][row_accel + i] = square(s.bias_inflation * options_.start_sigma_accel_bias_m_s2);
         P[row_gyro_scale + i][row_gyro_scale + i] = options_.start_sigma_gyro_scale * options_.start_sigma_gyro_scale;
     }
     P.keep(s);
@@ -390,7 +394,7 @@ void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, d
 // Records the time since which the sigma of the heading has been below its limit.
 void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
-    const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.doubted_s < now_s;
+    const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.inconsistent_s < now_s;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = now_s;
 }
@@ -418,7 +422,7 @@ void Model::correct(State& s, const Event& event) const {
     vec(s.in_t.colour) = Vector3(vec(s.in_t.colour).cwiseProduct(vec(colour.kept)));
     admit_learnt_noise(s, P);
     admit_drift(s, P);
-    doubt(s, P, event.t_s);
+    inflate_inconsistent(s, P, event.t_s);
     const AlmostConstant before = almost_constant(s, P);
     const Phase phase = s.phase;
     const double since_s = event.t_s - s.last_correction_s;
@@ -437,11 +441,11 @@ void Model::correct(State& s, const Event& event) const {
     if (!is_free(s)) move_anchor(s, P);
     s.last_correction_s = event.t_s;
     ++s.corrections;
-    if (!is_sound(s, P)) return begin_all_anew(s, event.t_s);
+    if (!is_sound(s, P)) return restart(s, event.t_s);
     put_gravity(s);
     P.keep(s);
     note_small_heading(s, P, event.t_s);
-    begin_anew_if_wrong(s, event.t_s);
+    restart_if_wrong(s, event.t_s);
 }
 
 } // namespace hnav::ins

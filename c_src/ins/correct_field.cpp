@@ -38,14 +38,14 @@ void Model::forget_field(State& s, Covariance& P) const {
     const double iron2 = options_.start_sigma_iron * options_.start_sigma_iron;
     for (int i = 0; i < 3; ++i) P[row_iron + i][row_iron + i] = iron2;
     P[row_strength][row_strength] = iron2 + strength_by_place * strength_by_place;
-    P[row_direction][row_direction] = options_.field_direction_rad * options_.field_direction_rad * s.heading_doubt;
+    P[row_direction][row_direction] = options_.field_direction_rad * options_.field_direction_rad * s.heading_inflation;
 }
 
 double Model::direction_kept(const State& s) const { return std::exp(-s.window.length_s / options_.field_direction_s); }
 
 // Iron was attached to the body, or the local field changed. Until iron and direction are estimated again, the field observes turns
 // and not north.
-void Model::believe_other_iron(State& s, Covariance& P, double now_s) const {
+void Model::accept_other_iron(State& s, Covariance& P, double now_s) const {
     double& since_s = s.refused_since_s[field];
     if (!std::isfinite(since_s) || !has_passed(now_s - since_s, options_.gate_longest_s)) return;
     const double iron2 = options_.start_sigma_iron * options_.start_sigma_iron;
@@ -67,7 +67,7 @@ bool Model::leaves_out_field(State& s, const Covariance& P, const Event& event) 
 }
 
 void Model::correct_field(State& s, Covariance& P, const Event& event) const {
-    believe_other_iron(s, P, event.t_s);
+    accept_other_iron(s, P, event.t_s);
     if (leaves_out_field(s, P, event)) return;
     const Matrix3 R = attitude(s);
     const Vector3 measured = R * (s.field_unit * vec(event.value[field]));

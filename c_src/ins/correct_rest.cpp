@@ -51,17 +51,17 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
 
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     look_for_glide(s, P, event.t_s);
-    const bool told = has_new(s, event, ins::rest);
-    if (!told && !at_rest(s, event.t_s)) return;
+    const bool stated = has_new(s, event, ins::rest);
+    if (!stated && !at_rest(s, event.t_s)) return;
     s.glide.rested = 1;
     Measurement still{ins::rest};
     still.rows = 3;
     still.put(0, row_v, Matrix3::Identity());
-    const double sigma = told ? event.value[ins::rest][0] : options_.rest_velocity_noise_m_s;
+    const double sigma = stated ? event.value[ins::rest][0] : options_.rest_velocity_noise_m_s;
     // A body that comes to rest moves slowly for a few more seconds.
     constexpr double creeps_m_s = 0.2, settles_s = 1;
     const double stood_s = s.rest.still(options_) ? s.rest.still_s : s.rest.swaying_s;
-    const double creep = told ? 0 : creeps_m_s * std::exp((options_.rest_duration_s - stood_s) / settles_s);
+    const double creep = stated ? 0 : creeps_m_s * std::exp((options_.rest_duration_s - stood_s) / settles_s);
     for (double& r : still.R) r = sigma * sigma + creep * creep;
     vec(still.r) = -vec(s.x + 3);
     use_absolute(s, P, event, still);

@@ -71,12 +71,12 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         const double off_m = vec(s.gates.jump).head<2>().norm();
         if (!outlasts(s, position, off_m, event.t_s)) return;
         lost = lost || first_were_wrong(s, event.t_s);
-        if (!lost) believe_jump(s, P, position, off_m, event.t_s);
+        if (!lost) accept_jump(s, P, position, off_m, event.t_s);
         vec(s.gates.jump).setZero();
     }
     if (lost) {
         s.phase = Phase::any_heading;
-        start_heading_anew(s, P, event);
+        restart_heading(s, P, event);
         return;
     }
     const earth::Place place{value[0], value[1], value[2]};

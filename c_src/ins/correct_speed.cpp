@@ -16,12 +16,12 @@ struct AtWheels {
 
     // forward_m_s: measured by the wheels; NaN: use the estimate.
     AtWheels(const State& s, const Vector3& wheel_b, double forward_m_s) {
-        constexpr double told_m = 0.1, untold_m = 1;
+        constexpr double measured_m = 0.1, unmeasured_m = 1;
         const Matrix3 R = attitude(s);
         const Vector3 v = vec(s.x + 3), rate = turn_rate(s);
         turning = rate[2];
         gain = R.col(0).dot(vec(s.in_t.mean_force) + vec(s.gravity));
-        place2 = wheel_b.isZero() ? untold_m * untold_m : told_m * told_m;
+        place2 = wheel_b.isZero() ? unmeasured_m * unmeasured_m : measured_m * measured_m;
         by_velocity = R.transpose();
         by_gyro = cross_matrix(wheel_b);
         v_b = R.transpose() * v + rate.cross(wheel_b);
@@ -60,8 +60,8 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
 // A car does not move sideways or up in its own axes, whose yaw and pitch in the body are states. Tyres slip in turns. The suspension
 // lets the body pitch against the direction of travel for springs_s, so corrections within that time have the weight of one.
 void Model::correct_car(State& s, Covariance& P, const Event& event) const {
-    const bool told = has_new(s, event, speed);
-    if (!(options_.car_across_m_s > 0) || (is_free(s) && !told)) return;
+    const bool measured = has_new(s, event, speed);
+    if (!(options_.car_across_m_s > 0) || (is_free(s) && !measured)) return;
     const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? event.value[speed][0] : nan);
     const double forward = at.forward, turning = at.turning;
     Measurement m{speed};

@@ -81,7 +81,7 @@ public:
     explicit Model(const Options& options) : options_(options) {}
     const Options& options() const { return options_; }
     // Where each correction is recorded; null: it is not.
-    void tell_steps(Step* step) { step_ = step; }
+    void record_steps(Step* step) { step_ = step; }
 
     // start.cpp
     void begin(State& s) const;
@@ -178,7 +178,7 @@ private:
     Covariance given_circle(const State& s, Covariance P) const;
     static void admit_latency(const State& s, Covariance& P);
     void collapse(State& s, Covariance& P) const;
-    void start_heading_anew(State& s, Covariance& P, const Event& event) const;
+    void restart_heading(State& s, Covariance& P, const Event& event) const;
     bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
     bool velocity_fits(State& s, const Event& event) const;
     bool position_jumped(State& s, const Event& event) const;
@@ -209,10 +209,10 @@ private:
     static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;
     static bool judges_velocity(const State& s, double now_s);
-    void doubt(State& s, Covariance& P, double now_s) const;
+    void inflate_inconsistent(State& s, Covariance& P, double now_s) const;
     static void judge_velocity(State& s, const Event& event);
     static bool is_contradicted(const State& s, int channel, double now_s);
-    void believe_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
+    void accept_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
     static void turn_biases(State& s, Covariance& P);
@@ -223,8 +223,8 @@ private:
     void admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const;
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
     static void note_strain(State& s, int channel, double nis, double now_s);
-    void begin_anew_if_wrong(State& s, double now_s) const;
-    void begin_all_anew(State& s, double now_s) const;
+    void restart_if_wrong(State& s, double now_s) const;
+    void restart(State& s, double now_s) const;
     bool is_sound(const State& s, const Covariance& P) const;
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
@@ -241,7 +241,7 @@ private:
     bool wants_field(const State& s, const Event& event) const;
     void begin_field(State& s, Covariance& P, const Event& event) const;
     void forget_field(State& s, Covariance& P) const;
-    void believe_other_iron(State& s, Covariance& P, double now_s) const;
+    void accept_other_iron(State& s, Covariance& P, double now_s) const;
     bool leaves_out_field(State& s, const Covariance& P, const Event& event) const;
     double direction_kept(const State& s) const;
     void spoil_field(const State& s, Covariance& P, double* mean) const;

@@ -23,7 +23,7 @@ bool is_consistent(const State& s, double now_s) {
     constexpr double silent_s = 1, consistent_for_s = 2, alone = 1; // a single refusal is an outlier
     const bool open = s.refused_in_row[velocity] > alone && s.contradiction.verdict != Contradiction::velocity_wrong;
     return s.started() && !open && !has_passed(now_s - s.last_s[imu], silent_s) &&
-           has_passed(now_s - s.doubted_s, consistent_for_s);
+           has_passed(now_s - s.inconsistent_s, consistent_for_s);
 }
 
 } // namespace
@@ -129,7 +129,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     put_readiness(s, now_s, &n);
     put_protection(s, &n);
     // After an inconsistency there is no bound until the gathered information is sufficient for a ready heading again.
-    const bool earned = std::isinf(s.doubted_s) || is_earned(s.information_heading, options_.ready_heading_rad);
+    const bool earned = std::isinf(s.inconsistent_s) || is_earned(s.information_heading, options_.ready_heading_rad);
     if (!earned || !is_consistent(s, now_s)) n.protection.heading_rad = M_PI;
     return n;
 }

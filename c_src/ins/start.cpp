@@ -74,10 +74,10 @@ void Model::begin(State& s) const {
     s.last_event_s = s.last_correction_s = s.field_used_s = -std::numeric_limits<double>::infinity();
     s.held.begin();
     s.speed_known_s = nan;
-    s.doubted_s = s.anew_s = -std::numeric_limits<double>::infinity();
-    s.bias_doubt = 1;
+    s.inconsistent_s = s.restarted_s = -std::numeric_limits<double>::infinity();
+    s.bias_inflation = 1;
     for (Consistency& fit : s.fits) fit.begin(1);
-    s.nis_mean = s.heading_doubt = 1;
+    s.nis_mean = s.heading_inflation = 1;
     s.circle = any;
     if (place_given(options_))
         anchor(s, earth::Place{options_.start_latitude_rad, options_.start_longitude_rad, options_.start_height_m});
@@ -111,7 +111,7 @@ void Model::begin_window(State& s, const Event& event) {
     l.since_s = before.since_s;
     l.samples = before.samples;
     vec(l.force) = vec(before.force);
-    l.believing = before.believing;
+    l.takes_all = before.takes_all;
     l.first_velocity_s = l.fits_s = event.t_s;
     vec(l.velocity0) = vec(event.value[velocity]);
 }
@@ -145,7 +145,7 @@ void Model::level(State& s, const Event& event) const {
 }
 
 void Model::level_by_velocity(State& s, const Event& event) const {
-    constexpr double believed = 4;
+    constexpr double patience = 4;
     Levelling& l = s.levelling;
     if (wants_window(options_, l, event.t_s)) {
         if (std::isnan(l.since_s)) l.since_s = event.t_s;
@@ -157,14 +157,14 @@ void Model::level_by_velocity(State& s, const Event& event) const {
                                                  Vector3(0, 0, strength * (event.t_s - l.first_velocity_s));
     const double since_s = event.t_s - l.fits_s;
     const double off = (seen - vec(l.fits_seen)).norm() - (gained - vec(l.fits_gained)).norm();
-    if (l.believing == 0 && !is_likely(s, off, vec(event.value[velocity] + 3).maxCoeff(), since_s)) {
+    if (l.takes_all == 0 && !is_likely(s, off, vec(event.value[velocity] + 3).maxCoeff(), since_s)) {
         // An outlier is rejected. After several in a row the reference velocity was the outlier.
-        if (++l.doubted < believed) return;
+        if (++l.refused < patience) return;
         begin_window(s, event);
-        l.believing = 1;
+        l.takes_all = 1;
         return;
     }
-    l.doubted = 0;
+    l.refused = 0;
     l.fits_s = event.t_s;
     vec(l.fits_seen) = seen;
     vec(l.fits_gained) = gained;
@@ -305,7 +305,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.u[1] = 0;
     if (!state_given(options_)) s.earth_rate[0] = s.earth_rate[1] = 0;
     s.circle = state_given(options_) ? Circle{} : any;
-    s.told = {};
+    s.external = {};
     s.placed_s = event.t_s;
     for (double& e : s.mean) e = 0;
     s.latency = s.scale = 0;

@@ -95,7 +95,7 @@ struct Circle {
 };
 
 // External headings while the heading is unknown: the weighted mean of their alpha.
-struct ToldHeading {
+struct ExternalHeading {
     double alpha_rad, information; // 1 over its variance; 0: there was none
 };
 
@@ -123,7 +123,7 @@ struct Levelling {
     double A[9], sum_A[9]; // integral of the rotation, and its integral: sensitivity to biases
     double length_s, force[3], samples;
     double fits_s, fits_seen[3], fits_gained[3]; // of the last accepted velocity: its change has the size of the gained velocity
-    double doubted, believing; // how many in a row had not; 1: no more is doubted
+    double refused, takes_all; // number refused in a row; 1: all are accepted
 };
 
 // Tests of GNSS jumps that need no heading.
@@ -155,7 +155,7 @@ struct State {
     double field_until_s; // time of the newest sample in the mean of the field; NaN: there is none
     InAxes in_t;
     Circle circle;
-    ToldHeading told;
+    ExternalHeading external;
 
     double anchor_e[3], axes[9]; // row-major: columns are the axes of t in Earth-fixed ones
     double earth_rate[3]; // in t
@@ -190,9 +190,9 @@ struct State {
     double turned_b[3]; // rotation by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as received
     double changed_s, changed_gained[3]; // time at which the position last changed; gates.gained at that time
-    double doubted_s; // time of the last inconsistency
-    double anew_s, bias_doubt; // time of the last restart; factor on the prior sigmas of the biases
-    double heading_doubt; // factor on the variance of external headings
+    double inconsistent_s; // time of the last inconsistency
+    double restarted_s, bias_inflation; // time of the last restart; factor on the prior sigmas of the biases
+    double heading_inflation; // factor on the variance of external headings
     double nis_mean;
     double strain, strained_since_s; // mean NIS of aids that rarely fail; time since it has been large, NaN: it is not
     double information_tilt, information_heading, information_velocity, information_position;

@@ -7,13 +7,13 @@ constexpr double linear_rad = 0.005; // sigma of a heading at which the linearis
 
 void Smoother::go_back(const Way& way, const Target* target) {
     Later later{};
-    bool told = false, tried = false; // a second pass has covered the rest before this node; it has been tried
+    bool covered = false, tried = false; // a second pass has covered the rest before this node; it has been tried
     for (std::size_t piece = way.count; piece-- > 0;) {
         std::size_t nodes = go_through(way, piece), rows = rows_of_piece_;
         while (nodes > 0) {
             const Node& node = nodes_[--nodes];
             const bool linked = node.linked;
-            if (!told) {
+            if (!covered) {
                 Hindsight now{{}, Covariance::of(node.state)};
                 if (target) now = seen_from(node.state, *target);
                 else if (later.known) later.known = step_back(later.step, later.hindsight, &now);
@@ -22,13 +22,13 @@ void Smoother::go_back(const Way& way, const Target* target) {
                 later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};
                 const bool wide = node.state.P[packed(row_phi + 2, row_phi + 2)] > linear_rad * linear_rad;
                 if (!state_given(way.model.options()) && (!linked || (wide && !tried))) {
-                    told = go_back_before(Node(node), now, piece);
+                    covered = go_back_before(Node(node), now, piece);
                     tried = true;
                     go_through(way, piece);
                 }
             }
             if (linked) continue;
-            told = tried = false;
+            covered = tried = false;
             later.known = false;
             earned_ = 0;
         }

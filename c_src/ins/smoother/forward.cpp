@@ -50,7 +50,7 @@ bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t 
     Model model = way.model;
     const bool navigated = s.phase == Phase::navigating;
     const std::uint64_t corrections = s.corrections, lost = s.times_lost;
-    model.tell_steps(&node.step);
+    model.record_steps(&node.step);
     prepare(way, event, s);
     step_over(model, s, event);
     if (s.phase != Phase::navigating || (navigated && s.corrections == corrections)) return false;

@@ -73,13 +73,13 @@ bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
     const int n = step.before.n;
     now->P.extend(n); // before the first sample of a magnetometer
     Covariance X = carried(step.transition, now->P), D{}, DX{};
-    const int told = std::min(n, after.P.n);
+    const int common = std::min(n, after.P.n);
     const Factors before(step.before);
     if (!before.positive) return false;
     before.solve(X);
     for (int i = 0; i < n; ++i) {
         now->error[i] = 0;
-        for (int j = 0; j < told && i < told; ++j) D[i][j] = after.P[i][j] - step.before[i][j];
+        for (int j = 0; j < common && i < common; ++j) D[i][j] = after.P[i][j] - step.before[i][j];
     }
     for (int i = 0; i < n; ++i)
         for (int k = 0; k < n; ++k) {
