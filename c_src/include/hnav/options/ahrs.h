@@ -23,87 +23,85 @@ typedef struct hnav_ahrs_options {
      * [0, 1e3] rad/sqrt(s), default 8.4e-5. Of a usual chip, 5 mdeg/s/sqrt(Hz). */
     double gyro_noise_rad_per_sqrt_s;
     /* Noise of the gyroscope that grows with the rate: density = this x |rate|.
-     * [0, 1e3] sqrt(s), default 1.7e-3. Scale factor and misalignment in a hand's turn are worth more than the white
-     * noise; without it the error on BROAD is half as large again. */
+     * [0, 1e3] sqrt(s), default 1.7e-3. In hand motion scale factor and misalignment dominate the white noise; without it
+     * the error on BROAD is 1.5 times as large. */
     double gyro_rate_noise_sqrt_s;
     /* Random walk of the gyro bias.
      * [0, 1e3] rad/s/sqrt(s), default 1e-4. Temperature moves the bias more than the walk on the datasheet, which is for a
      * sensor of constant temperature only. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
-    /* How far the velocity is held to be from zero: the bound by which the accelerometer measures the horizon.
-     * (0, 1e6] m/s/sqrt(Hz), default 0.36. A hand or a walking person; less steadies the horizon of a body that does not
-     * accelerate, more frees it from long accelerations. */
+    /* Bound of the velocity, by which the accelerometer measures the tilt.
+     * (0, 1e6] m/s/sqrt(Hz), default 0.36. A hand or a walking person. Smaller values reduce the tilt noise of a body that
+     * does not accelerate, larger ones tolerate long accelerations. */
     double velocity_noise_m_s_per_sqrt_hz;
     /* Noise density of the field across the reference, in units of its strength.
-     * (0, 1e6] 1/sqrt(Hz), default 0.018. Far above any datasheet: it stands for the iron of a room; more lets the heading
-     * trust the gyroscope for longer. */
+     * (0, 1e6] 1/sqrt(Hz), default 0.018. Far above any datasheet: it represents the iron of a room. With larger values
+     * the heading follows the gyroscope for longer. */
     double mag_azimuth_noise_per_sqrt_hz;
     /* Noise density of horizontal and vertical intensity, in units of the strength.
-     * (0, 1e6] 1/sqrt(Hz), default 0.0125. A room changes the intensities a little less than the azimuth. */
+     * (0, 1e6] 1/sqrt(Hz), default 0.0125. Iron of a room changes the intensities slightly less than the azimuth. */
     double mag_intensity_noise_per_sqrt_hz;
-    /* Factor of the field's variances at rest, where distortions do not average out.
-     * (0, 1e6], default 1.07. At rest all samples share one distortion. */
+    /* Factor on the field's variances at rest, where disturbances do not average out.
+     * (0, 1e6], default 1.07. At rest all samples have the same disturbance. */
     double mag_rest_factor;
     /* Random walk of the reference field, in units of the strength.
-     * [0, 1e3] 1/sqrt(s), default 3.1e-3. The field differs from place to place in a room; a frozen reference is worse on
-     * BROAD. */
+     * [0, 1e3] 1/sqrt(s), default 3.1e-3. The field varies within a room; with a constant reference the error on BROAD is
+     * larger. */
     double reference_walk_per_sqrt_s;
-    /* How far the azimuth of the field differs from place to place, one sigma.
+    /* Variation of the field's azimuth from place to place, one sigma.
      * (0, 10] rad, default 0.025. A degree and a half, as in the rooms of BROAD; in the open it is less. */
     double local_declination_rad;
-    /* Time for which a body that moves stays where the azimuth of the field is the same.
+    /* Time that a moving body stays at a place of constant azimuth.
      * (0, 1e9] s, default 60. Of a hand in a room. */
     double local_declination_s;
 
     /* ------------------------ timing
      * What a sample stands for, gaps between samples, late samples. */
 
-    /* forward: a rate acts until the next sample; backward: since the one before.
-     * hnav_gyro_hold, default backward. Integrating gyroscopes and averaging FIFOs give the mean over the interval before
-     * a sample. */
+    /* forward: a rate holds until the next sample; backward: since the previous sample.
+     * hnav_gyro_hold, default backward. Integrating gyroscopes and averaging FIFOs return the mean over the interval
+     * before a sample. */
     int32_t gyro_hold;
-    /* Samples are gathered and corrected so often, at the sample nearest; heading aids at once.
-     * (0, 1e3] s, default 0.0347. Slow beside the samples, so that a correction costs little, and fast beside the motion;
-     * twice as often gains nothing. No usual rate from 25 to 1000 Hz has two samples equally near. */
+    /* Interval between corrections, at the nearest sample; heading aids correct at once.
+     * (0, 1e3] s, default 0.0347. Long for samples, so that corrections cost little, and short for the motion; half of it
+     * gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near. */
     double correction_interval_s;
-    /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
-     * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
+    /* Longest interval that one sample represents; the first sample of a sensor represents none.
+     * (0, 1e6] s, default 0.1. Ten times the usual interval; a sample after a longer gap contains no more information. */
     double max_interval_s;
-    /* Acceleration that the body may have in a gap between samples of force.
+    /* Acceleration of the body in a gap between force samples.
      * [0, 1e6] m/s2, default 2. A brisk movement of a hand. */
     double gap_acceleration_m_s2;
-    /* Angular acceleration in a gap between samples of the gyroscope, in units of its running root mean square.
-     * [0, 1e6], default 2.5. A gap may fall into the fastest part of a turn. */
+    /* Angular acceleration in a gap between gyro samples, in units of its running RMS.
+     * [0, 1e6], default 2.5. A gap may coincide with the fastest part of a turn. */
     double gap_turn_factor;
-    /* How much older than the newest used sample a sample may be.
-     * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
+    /* Largest age of a late sample relative to the newest one.
+     * [0, 1e3] s, default 0. Samples are in order; a horizon costs memory and the replay of all events within it. */
     double horizon_s;
-    /* Instants that may wait or lie within the horizon.
+    /* Number of events that can wait or be within the horizon.
      * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
     int32_t queue_capacity;
-    /* Attitude is shown as it will be this much later at the present rate.
-     * [-1, 1] s, default 0. Attitude is that of the samples' time stamps; what delays the output afterwards is not known
-     * here. */
+    /* Attitude is predicted this far ahead at the present rate.
+     * [-1, 1] s, default 0. Attitude is that of the time stamps; the latency of the user's output is unknown. */
     double output_latency_s;
 
     /* ------------------------ rest
      * When the body is taken to lie still, and what is learnt then. */
 
     /* Rest: deviation of the rate from its running mean.
-     * [0, 1e3] rad/s, default 2 deg. Above the noise of usual gyroscopes, below what a hand does that holds still. */
+     * [0, 1e3] rad/s, default 2 deg. Above the noise of usual gyroscopes, below the tremor of a hand. */
     double rest_rate_rad_s;
     /* Rest: deviation of the specific force from its running mean.
-     * [0, 1e6] m/s2, default 0.5. Above the noise of usual accelerometers, below what a hand does that holds still. */
+     * [0, 1e6] m/s2, default 0.5. Above the noise of usual accelerometers, below the tremor of a hand. */
     double rest_force_m_s2;
-    /* Rest: mean rate of each axis, as far as it can be a bias.
-     * [0, 1e3] rad/s, default 2 deg. The turn-on bias of usual gyroscopes; a steady turn that is slower would be learnt as
-     * a bias. */
+    /* Rest: largest mean rate of an axis that can be a bias.
+     * [0, 1e3] rad/s, default 2 deg. Turn-on bias of usual gyroscopes; a slower steady turn would be estimated as bias. */
     double rest_mean_rate_rad_s;
-    /* Rest: within the thresholds for so long.
+    /* Rest: time within the thresholds.
      * [0, 1e6] s, default 1.5. Longer than the turning points of a movement. */
     double rest_duration_s;
     /* Rest: time constant of the running means.
-     * (0, 1e6] s, default 0.5. It averages the noise of some dozen samples and follows the end of a movement. */
+     * (0, 1e6] s, default 0.5. Averages some dozen samples and follows the end of a movement. */
     double rest_filter_s;
     /* Noise density of the mean rate at rest as a measurement of the bias.
      * (0, 1e3] rad/s/sqrt(Hz), default 2.8e-5. Below the gyroscope's white noise, which the running mean has averaged. */
@@ -112,23 +110,22 @@ typedef struct hnav_ahrs_options {
     /* ------------------------ gate
      * Samples that are rejected or weighed less. */
 
-    /* Distance of the field's intensities from the reference beyond which it is rejected, in units of the strength.
-     * (0, 1e6], default 0.035. Twice the deviation that a room's field has on the mean; less is pickier about iron. */
+    /* Deviation of the field's intensities from the reference beyond which it is rejected, in units of the strength.
+     * (0, 1e6], default 0.035. Twice the mean deviation within a room; smaller values reject more fields. */
     double mag_gate;
-    /* A field is rejected no longer than this.
-     * [0, 1e6] s, default 60. A gyroscope alone keeps the heading for about a minute. */
+    /* Longest time for which a field is rejected.
+     * [0, 1e6] s, default 60. A gyroscope alone holds the heading for about a minute. */
     double mag_gate_max_s;
-    /* A field is rejected no longer than this times the time for which the reference has served.
-     * [0, 1e6], default 3. A reference of a few seconds may itself be the wrong one. */
+    /* Longest time for which a field is rejected, in units of the age of the reference.
+     * [0, 1e6], default 3. A reference of a few seconds may be wrong itself. */
     double mag_gate_share;
-    /* An azimuth of the field so many sigmas off is rejected too, while the heading's sigma is that of a ready one; 0 =
-     * never.
-     * [0, 1e6], default 4. A room turns the field by less; a magnetometer whose axes are swapped or held turns it by more
-     * and keeps its intensities. */
+    /* Deviation of the field's azimuth in sigmas beyond which it is rejected, while the heading is ready; 0 = never.
+     * [0, 1e6], default 4. A room turns the field by less. Swapped or stuck magnetometer axes turn it by more at the same
+     * intensity. */
     double mag_azimuth_gate_sigmas;
-    /* Logarithm of how much likelier the mean force makes a wrong horizon than a body that accelerates: above it the
+    /* Logarithm of the likelihood ratio of a wrong horizon to an accelerating body, from the mean force, above which the
      * horizon is levelled again; 0 = never.
-     * [0, 1e12], default 12. No simulated vehicle reaches it; a gyroscope clipped for ten seconds does within eight. */
+     * [0, 1e12], default 12. No simulated vehicle reaches it; after 10 s of clipped gyroscope it is reached within 8 s. */
     double lost_ratio;
     /* Normalised innovation squared of the heading aid beyond which its noise is inflated; 0 = never.
      * [0, 1e12], default 8.8. 99.7 % of chi square with 1 degree of freedom. */
@@ -155,33 +152,33 @@ typedef struct hnav_ahrs_options {
      * (0, 10] rad, default 3 deg. The World Magnetic Model is within 0.5 deg outdoors, horizon and magnetometer within 2
      * deg. */
     double reference_dip_tolerance_rad;
-    /* Root mean square rate above which a field counts fully as evidence.
-     * [0, 1e3] rad/s, default 0.35. A body that turns so fast sees a magnet that moves with it change its direction. */
+    /* RMS rate above which a field has full weight as evidence.
+     * [0, 1e3] rad/s, default 0.35. At this rate a magnet that moves with the body changes its direction visibly. */
     double turning_rad_s;
     /* Weight of evidence below that rate.
-     * [0, 1], default 0.35. A body at rest sees one place only, be its field true or false. */
+     * [0, 1], default 0.35. A body at rest measures the field of one place only. */
     double still_weight;
-    /* Fields whose intensities lie so close are one candidate, in units of the strength.
+    /* Difference of intensities up to which fields are one candidate, in units of the strength.
      * (0, 1e6], default 0.17. Five times the gate: a candidate is a mean over places. */
     double candidate_radius;
-    /* The candidate is a mean over this time.
-     * (0, 1e6] s, default 5. Longer than a pass by a piece of iron. */
+    /* Averaging time of the candidate.
+     * (0, 1e6] s, default 5. Longer than a pass near a piece of iron. */
     double candidate_mean_s;
     /* Evidence with which a candidate replaces a reference that has none.
-     * [0, 1e6] s, default 1.6. A first sample that was false is found out soon, and one outlier does not do it. */
+     * [0, 1e6] s, default 1.6. A false first sample is replaced soon; a single outlier is not enough. */
     double candidate_first_s;
     /* Share of the reference's evidence with which a candidate replaces it.
-     * [0, 1e6], default 0.4. A change of place shows before as much time has passed in the new one; more where the place
+     * [0, 1e6], default 0.4. A change of place is detected before as much time has passed there; choose more if the place
      * changes often. */
     double candidate_share;
     /* Evidence after which a new field no longer turns the heading.
-     * (0, 1e6] s, default 60. By then the heading rests on more than the new field can say against it. */
+     * (0, 1e6] s, default 60. The heading then has more evidence than the new field. */
     double trust_s;
-    /* Smallest error of the heading that a new field corrects at once.
-     * [0, 10] rad, default 0.13. Smaller errors leave the heading by the usual corrections. */
+    /* Smallest heading error that a new field corrects at once.
+     * [0, 10] rad, default 0.13. Smaller errors are removed by the usual corrections. */
     double turn_min_rad;
     /* The same in sigmas of the heading.
-     * [0, 1e3], default 3.75. Within its own sigma the heading is not wrong. */
+     * [0, 1e3], default 3.75. Within its own sigma the heading is consistent. */
     double turn_sigmas;
     /* Standard deviation added to a heading that a new field has turned.
      * [0, 10] rad, default 0.12. The new field may be off by several degrees too. */
@@ -191,14 +188,14 @@ typedef struct hnav_ahrs_options {
      * The robust law, which works while the heading is not ready. */
 
     /* Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy.
-     * hnav_gamma_mode, default relative. It shortens the way from a start that is far off, and does not depend on the
-     * sample rate. */
+     * hnav_gamma_mode, default relative. It shortens the convergence from a large initial error, independent of the sample
+     * rate. */
     int32_t gamma_mode;
     /* gamma of mode fixed, raised where infeasible.
      * (0, 1e12], default 1. A neutral value: mode fixed has no setting that fits all, so it is to be chosen. */
     double gamma;
     /* rate of mode relative: 1/gamma^2 = (1 - exp(-rate T)) / lmax of the horizon's covariance.
-     * [0, 1e6] 1/s, default 0.3. Mild: the velocity model already allows for most of what the law is to guard against. */
+     * [0, 1e6] 1/s, default 0.3. Mild: the velocity model already covers most accelerations. */
     double gamma_relative_rate_1_s;
     /* rate of mode kl: a correction may spend (rate T)^2 nats of relative entropy.
      * [0, 1e6] 1/s, default 0.75. As much inflation as mode relative at 1.5, where one direction has most of the
@@ -211,22 +208,22 @@ typedef struct hnav_ahrs_options {
     /* Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad).
      * hnav_start_mode, default triad. It needs nothing but the samples. */
     int32_t start_mode;
-    /* Consecutive samples of each sensor whose mean the start uses: turned on by the gyroscope they agree within a
-     * quarter, and each force is within a quarter of gravity; after 1 s any samples do. 1 = the first sample, whatever it
-     * is.
-     * [1, 1e6], default 2. The first sample may be wrong; a second one seldom agrees with it by chance. More samples pay
-     * only if the body is known to be at rest. */
+    /* Consecutive samples of each sensor that are averaged for the start. Propagated by the gyroscope they must agree
+     * within 25 %, and each force must be within 25 % of gravity; after 1 s any samples are accepted. 1 = the first
+     * sample, unchecked.
+     * [1, 1e6], default 2. The first sample may be wrong, and a second one rarely agrees with it by chance. More samples
+     * help only at rest. */
     int32_t start_samples;
-    /* Start level with an unknown heading if no field has come by then (triad).
+    /* Time after which the filter starts with an unknown heading if there is no field (triad).
      * [0, 1e6] s, default 1. Far longer than the period of any magnetometer. */
     double start_field_wait_s;
-    /* Attitude to start from, body to navigation, scalar first; normalised on use.
+    /* Start attitude, body to navigation, scalar first; normalised on use.
      * [-2, 2], default 1, 0, 0, 0. Level and to the north; only start mode attitude reads it. */
     double start_q_nb[4];
-    /* True heading of body x to start from, clockwise from north.
+    /* Start heading of body x, true, clockwise from north.
      * [-2 pi, 2 pi] rad, default 0. North; only start mode heading reads it. */
     double start_heading_rad;
-    /* Gyro bias to start from.
+    /* Start value of the gyro bias.
      * [-10, 10] rad/s, default 0, 0, 0. Nothing is known of the sensor. */
     double start_gyro_bias_rad_s[3];
     /* Standard deviation of the tilt at the start.
@@ -242,27 +239,26 @@ typedef struct hnav_ahrs_options {
      * (0, 1e3] m/s, default 0.056. A start in a hand. */
     double start_sigma_velocity_m_s;
     /* Standard deviation of the reference at the start and when the gate begins to inflate, in units of the strength.
-     * (0, 10], default 0.077. Two gates: the first field, or a field that was rejected for long, may be that far off. */
+     * (0, 10], default 0.077. Two gates: error of the first field, or of a field that was rejected for long. */
     double start_sigma_reference;
     /* Standard deviation of the magnetometer's latency at the start.
      * (0, 10] s, default 0.011. Filters and averaging of usual magnetometers delay by 10 to 20 ms, which data sheets do
      * not state. */
     double start_sigma_latency_s;
-    /* Latency of the accelerometer that the filter begins with, in its sample intervals.
-     * [-4, 4], default 0.25. Between a reading of the instant, 0, and the mean of the interval before it, 0.5; which of
-     * both it is shows in the motion. */
+    /* Latency of the accelerometer at the start, in its sample intervals.
+     * [-4, 4], default 0.25. Between an instantaneous reading, 0, and the mean of the interval before it, 0.5; motion
+     * makes it observable. */
     double start_accel_latency;
     /* Standard deviation of that latency.
-     * (0, 10], default 0.25. A reading of the instant and a mean over the interval are one sigma off; a filtered reading
-     * is more. */
+     * (0, 10], default 0.25. An instantaneous reading and a mean over the interval are within one sigma; filtered readings
+     * are later. */
     double start_sigma_accel_latency;
     /* Standard deviation of each axis's bias of the accelerometer at the start.
-     * (0, 1e3] m/s2, default 0.035. 4 mg, of a calibrated chip; a wider one takes motion for a bias. */
+     * (0, 1e3] m/s2, default 0.035. 4 mg, of a calibrated chip; with a wider prior motion is estimated as bias. */
     double start_sigma_accel_bias_m_s2;
     /* Standard deviation of the gyro scale factors at the start.
-     * (0, 10], default 2e-3. Two parts in a thousand, of a sensor that has been calibrated once; as it comes from the
-     * factory it has up to 0.01. Where it is set too small, the stated sigma of the tilt of a body that turns is too
-     * small. */
+     * (0, 10], default 2e-3. 0.2 %, of a sensor that was calibrated once; uncalibrated ones have up to 0.01. If it is too
+     * small, the stated sigma of the tilt of a turning body is too small. */
     double start_sigma_gyro_scale;
     /* Standard deviation of the gyro misalignments at the start.
      * (0, 10] rad, default 0.56e-3. A third of the scale factor's, as in most calibrated sensors. */
@@ -271,45 +267,44 @@ typedef struct hnav_ahrs_options {
     /* ------------------------ fault
      * Sensors that saturate, samples and stamps beyond belief. */
 
-    /* Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat.
-     * [0, 1e6] rad/s, default 0. A sensor with noise shows its range by repeating it; one without noise, or a low-pass
-     * behind the range, does not. */
+    /* Rate at which an axis of the gyroscope saturates; 0 = detected from repeated values.
+     * [0, 1e6] rad/s, default 0. A saturated sensor repeats its limit, unless a low-pass filter follows. */
     double gyro_range_rad_s;
-    /* Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat.
+    /* Specific force at which an axis of the accelerometer saturates; 0 = detected from repeated values.
      * [0, 1e6] m/s2, default 0. As for the gyroscope. */
     double accel_range_m_s2;
-    /* Field at which an axis of the magnetometer saturates; 0 = not known.
-     * [0, 1e6] T, default 0. Usual ranges are far above any field that steers a heading. */
+    /* Field at which an axis of the magnetometer saturates; 0 = unknown.
+     * [0, 1e6] T, default 0. Usual ranges are far above the field of the Earth. */
     double mag_range_tesla;
-    /* A single sample of the rate further from the last than this, and than ten usual changes, is left out; 0 = none is.
+    /* A single rate sample that differs from the last by more than this, and by more than ten usual changes, is rejected;
+     * 0 = never.
      * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
      * turns by two degrees at 100 Hz. */
     double outlier_rate_rad_s;
-    /* A single sample of the specific force further from the last than this, and than ten usual changes, is left out; 0 =
-     * none is.
-     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
+    /* A single force sample that differs from the last by more than this, and by more than ten usual changes, is rejected;
+     * 0 = never.
+     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; a smaller value would reject real motion. */
     double outlier_force_m_s2;
-    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
-     * = never.
-     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    /* Time stamps that run back further start a new time base; a single stamp ten times as far ahead is rejected; 0 =
+     * never.
+     * [0, 1e6] s, default 1. Longer than usual latencies, shorter than usual clock corrections. */
     double time_jump_limit_s;
 
     /* ------------------------ ready
      * When tilt and heading are called ready. */
 
-    /* Tilt is ready when its sigma is below this and as much information has been gained.
-     * (0, 10] rad, default 2 deg. What an attitude display or a levelled heading needs. */
+    /* Tilt is ready when its sigma is below this and the samples have provided the information for it.
+     * (0, 10] rad, default 2 deg. Sufficient for an attitude display or a levelled heading. */
     double ready_tilt_rad;
-    /* Heading is ready when its sigma is below this and as much information has been gained.
-     * (0, 10] rad, default 5 deg. The room's field itself is off by a few degrees: a smaller sigma of heading would be a
-     * claim. */
+    /* Heading is ready when its sigma is below this and the samples have provided the information for it.
+     * (0, 10] rad, default 5 deg. The field in rooms is wrong by a few degrees, so a smaller sigma would be optimistic. */
     double ready_heading_rad;
-    /* And the field has agreed with the reference for so long, counted less at rest.
-     * [0, 1e6] s, default 2.6. A field that is false in passing does not agree for so long. */
+    /* And the field has agreed with the reference for this time, with less weight at rest.
+     * [0, 1e6] s, default 2.6. A passing disturbance does not agree for so long. */
     double ready_evidence_s;
-    /* And nothing has spoken against the reference for so long; once ready, sigma alone decides.
-     * [0, 1e6] s, default 7.5. With it a passing disturbance makes the first heading_ready wrong in less than one of a
-     * hundred simulated starts. */
+    /* And nothing has contradicted the reference for this time; once ready, the sigma alone decides.
+     * [0, 1e6] s, default 7.5. With it the first heading_ready is wrong in less than 1 of 100 simulated starts with a
+     * passing disturbance. */
     double ready_undisturbed_s;
 
     /* ------------------------ frame
@@ -319,9 +314,9 @@ typedef struct hnav_ahrs_options {
      * hnav_navigation_frame, default ned. The usual frame of navigation. */
     int32_t navigation_frame;
     /* Magnetic declination: true heading = magnetic heading + declination.
-     * [-pi, pi] rad, default 0. The place is not known: north is magnetic until a declination is given. */
+     * [-pi, pi] rad, default 0. Unknown place: north is magnetic north until a declination is given. */
     double declination_rad;
-    /* Mounting: turns sensor vectors into the body frame, scalar first; normalised on use.
+    /* Mounting: rotates sensor vectors into body axes, scalar first; normalised on use.
      * [-2, 2], default 1, 0, 0, 0. Body axes are the sensor's. */
     double q_body_sensor[4];
 
@@ -329,17 +324,16 @@ typedef struct hnav_ahrs_options {
      * The integrator between events. */
 
     /* Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler.
-     * hnav_solver, default erkstep. Without history, so that every interval is integrated alike, and exact to solver_rtol
-     * for any flow. */
+     * hnav_solver, default erkstep. A one-step method: every interval is integrated alike, to solver_rtol. */
     int32_t solver;
     /* Relative tolerance of ERKStep and Adams.
      * [1e-14, 1e-2], default 1e-8. The integrator's error stays far below that of any sensor. */
     double solver_rtol;
     /* Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state.
-     * [1e-20, 1e-2], default 1e-8. As solver_rtol: every state is as exact as its own size asks for. */
+     * [1e-20, 1e-2], default 1e-8. As solver_rtol, relative to the size of each state. */
     double solver_atol;
     /* Sub-step of Euler.
-     * (0, 1e3] s, default 0.001. Euler is there to be compared with; at 1 ms its error is below that of a usual gyroscope. */
+     * (0, 1e3] s, default 0.001. For comparison; at 1 ms its error is below that of a usual gyroscope. */
     double euler_step_s;
 } hnav_ahrs_options;
 

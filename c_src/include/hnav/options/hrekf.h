@@ -26,37 +26,37 @@ typedef struct hnav_hrekf_options {
      * Process and measurement noise. */
 
     /* Angle random walk: white noise of the gyroscope.
-     * [0, 1e3] rad/sqrt(s), default 1e-2. Far above the datasheet: it keeps the gain up on a body that moves in ways that
-     * the filter does not model. */
+     * [0, 1e3] rad/sqrt(s), default 1e-2. Far above the datasheet: it keeps the gain large for motion that the filter does
+     * not model. */
     double gyro_noise_rad_per_sqrt_s;
     /* Random walk of the gyro bias.
      * [0, 1e3] rad/s/sqrt(s), default 1e-4. Temperature moves the bias more than the walk on the datasheet. */
     double gyro_bias_walk_rad_s_per_sqrt_s;
     /* Additional white noise on all four components of the quaternion alike (the paper's L = I).
-     * [0, 1e3] 1/sqrt(s), default 0. The gyroscope's noise says how the attitude becomes uncertain; noise on the length of
-     * a quaternion means nothing. */
+     * [0, 1e3] 1/sqrt(s), default 0. The gyro noise already determines the uncertainty of the attitude; noise on the
+     * length of a quaternion has no meaning. */
     double quaternion_noise_per_sqrt_s;
-    /* Noise density of the direction of specific force; a sample that stands for an interval T has variance density^2/T.
-     * (0, 1e6] 1/sqrt(Hz), default 0.115. It stands for the accelerations of the body; take the datasheet's for a body
+    /* Noise density of the direction of specific force; a sample of an interval T has variance density^2/T.
+     * (0, 1e6] 1/sqrt(Hz), default 0.115. It represents accelerations of the body; use the datasheet's value for a body
      * that does not accelerate. */
     double accel_noise_per_sqrt_hz;
     /* Noise density of the magnetic field in units of the reference strength.
-     * (0, 1e6] 1/sqrt(Hz), default 0.16. It stands for the iron of a room; take the datasheet's for a clean field. */
+     * (0, 1e6] 1/sqrt(Hz), default 0.16. It represents the iron of a room; use the datasheet's value for a clean field. */
     double mag_noise_per_sqrt_hz;
 
     /* ------------------------ timing
      * What a sample stands for, late samples. */
 
-    /* forward: a rate acts until the next sample; backward: since the one before (C and Co-Simulation).
+    /* forward: a rate holds until the next sample; backward: since the previous sample (C and Co-Simulation).
      * hnav_gyro_hold, default forward. Causal: C, Co-Simulation and Model Exchange agree. */
     int32_t gyro_hold;
-    /* Longest interval that one sample may stand for; the first sample of a sensor stands for none.
-     * (0, 1e6] s, default 0.1. Ten times the usual interval: after a longer gap a sample says no more about it than this. */
+    /* Longest interval that one sample represents; the first sample of a sensor represents none.
+     * (0, 1e6] s, default 0.1. Ten times the usual interval; a sample after a longer gap contains no more information. */
     double max_interval_s;
-    /* How much older than the newest used sample a sample may be.
-     * [0, 1e3] s, default 0. Samples come in order; a horizon costs memory and the replay of all that lies within it. */
+    /* Largest age of a late sample relative to the newest one.
+     * [0, 1e3] s, default 0. Samples are in order; a horizon costs memory and the replay of all events within it. */
     double horizon_s;
-    /* Instants that may wait or lie within the horizon.
+    /* Number of events that can wait or be within the horizon.
      * [4, 1e6], default 64. Enough for an advance after every few dozen samples, and little memory. */
     int32_t queue_capacity;
 
@@ -64,8 +64,8 @@ typedef struct hnav_hrekf_options {
      * The robust law. */
 
     /* Robust law: off (HEKF), fixed gamma, relative to the covariance, or by relative entropy.
-     * hnav_gamma_mode, default off. Gates serve against bad measurements, which are the usual trouble of real sensors; a
-     * finite gamma makes them weigh more. */
+     * hnav_gamma_mode, default off. Real sensors mostly have outliers, against which gates help; a finite gamma gives
+     * outliers more weight. */
     int32_t gamma_mode;
     /* gamma of mode fixed, raised where infeasible.
      * (0, 1e12], default 1. A neutral value: mode fixed has no setting that fits all, so it is to be chosen. */
@@ -88,17 +88,17 @@ typedef struct hnav_hrekf_options {
      * Robbins-Monro adaptation of the bias walk. */
 
     /* Robbins-Monro adaptation of the bias walk: off, as printed in the paper, or corrected (experimental).
-     * hnav_adaptation, default off. With noise that is set rightly it gains nothing and costs up to 10 % of bias error,
-     * and as printed it harms. */
+     * hnav_adaptation, default off. With the right noise it gains nothing and increases the bias error by up to 10 %; as
+     * printed it increases the error. */
     int32_t adaptation;
-    /* alpha of the adaptation; when corrected, the least that alpha falls to.
+    /* alpha of the adaptation; when corrected, its lower limit.
      * [0, 1], default 0.02. A memory of fifty corrections, or windows of ten seconds when corrected. */
     double adaptation_gain;
     /* The adapted bias walk does not fall below this (corrected).
-     * [0, 1e3] rad/s/sqrt(s), default 1e-6. The walk of a very good gyroscope: the filter never stops learning the bias. */
+     * [0, 1e3] rad/s/sqrt(s), default 1e-6. The walk of a very good gyroscope: the bias remains adaptable. */
     double adaptation_min_rad_s_per_sqrt_s;
     /* The adapted bias walk does not exceed this (corrected).
-     * [0, 1e3] rad/s/sqrt(s), default 1e-2. A hundred times the default walk: beyond, the bias would follow every
+     * [0, 1e3] rad/s/sqrt(s), default 1e-2. A hundred times the default walk: beyond it the bias would follow every
      * movement. */
     double adaptation_max_rad_s_per_sqrt_s;
 
@@ -108,19 +108,19 @@ typedef struct hnav_hrekf_options {
     /* Start: triad (force and field), attitude (start_q_nb) or heading (force and start_heading_rad).
      * hnav_start_mode, default triad. It needs nothing but the samples. */
     int32_t start_mode;
-    /* Consecutive samples of each sensor whose mean the start uses: turned on by the gyroscope they agree within a
-     * quarter, and each force is within a quarter of gravity; after 1 s any samples do. 1 = the first sample, whatever it
-     * is.
-     * [1, 1e6], default 2. The first sample may be wrong; a second one seldom agrees with it by chance. More samples pay
-     * only if the body is known to be at rest. */
+    /* Consecutive samples of each sensor that are averaged for the start. Propagated by the gyroscope they must agree
+     * within 25 %, and each force must be within 25 % of gravity; after 1 s any samples are accepted. 1 = the first
+     * sample, unchecked.
+     * [1, 1e6], default 2. The first sample may be wrong, and a second one rarely agrees with it by chance. More samples
+     * help only at rest. */
     int32_t start_samples;
-    /* Attitude to start from, body to navigation, scalar first; normalised on use.
+    /* Start attitude, body to navigation, scalar first; normalised on use.
      * [-2, 2], default 1, 0, 0, 0. Level and to the north; only start mode attitude reads it. */
     double start_q_nb[4];
-    /* True heading of body x to start from, clockwise from north.
+    /* Start heading of body x, true, clockwise from north.
      * [-2 pi, 2 pi] rad, default 0. North; only start mode heading reads it. */
     double start_heading_rad;
-    /* Gyro bias to start from.
+    /* Start value of the gyro bias.
      * [-10, 10] rad/s, default 0, 0, 0. Nothing is known of the sensor. */
     double start_gyro_bias_rad_s[3];
     /* Standard deviation of the tilt at the start.
@@ -167,38 +167,37 @@ typedef struct hnav_hrekf_options {
     /* ------------------------ fault
      * Sensors that saturate, samples and stamps beyond belief. */
 
-    /* Rate at which an axis of the gyroscope saturates; 0 = found out from values that repeat.
-     * [0, 1e6] rad/s, default 0. A sensor with noise shows its range by repeating it; one without noise, or a low-pass
-     * behind the range, does not. */
+    /* Rate at which an axis of the gyroscope saturates; 0 = detected from repeated values.
+     * [0, 1e6] rad/s, default 0. A saturated sensor repeats its limit, unless a low-pass filter follows. */
     double gyro_range_rad_s;
-    /* Specific force at which an axis of the accelerometer saturates; 0 = found out from values that repeat.
+    /* Specific force at which an axis of the accelerometer saturates; 0 = detected from repeated values.
      * [0, 1e6] m/s2, default 0. As for the gyroscope. */
     double accel_range_m_s2;
-    /* Field at which an axis of the magnetometer saturates; 0 = not known.
-     * [0, 1e6] T, default 0. Usual ranges are far above any field that steers a heading. */
+    /* Field at which an axis of the magnetometer saturates; 0 = unknown.
+     * [0, 1e6] T, default 0. Usual ranges are far above the field of the Earth. */
     double mag_range_tesla;
-    /* A single sample of the rate further from the last than this, and than ten usual changes, is left out; 0 = none is.
+    /* A single rate sample that differs from the last by more than this, and by more than ten usual changes, is rejected;
+     * 0 = never.
      * [0, 1e6] rad/s, default 8. No recorded movement changes the rate so much from one sample to the next; half of it
      * turns by two degrees at 100 Hz. */
     double outlier_rate_rad_s;
-    /* A single sample of the specific force further from the last than this, and than ten usual changes, is left out; 0 =
-     * none is.
-     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; less would leave out what the body really felt. */
+    /* A single force sample that differs from the last by more than this, and by more than ten usual changes, is rejected;
+     * 0 = never.
+     * [0, 1e6] m/s2, default 100. Taps on a table change it by so much; a smaller value would reject real motion. */
     double outlier_force_m_s2;
-    /* A sensor whose stamps run back further begins a new time base, a single stamp ten times as far ahead is left out; 0
-     * = never.
-     * [0, 1e6] s, default 1. Longer than samples are late, shorter than a clock is ever set. */
+    /* Time stamps that run back further start a new time base; a single stamp ten times as far ahead is rejected; 0 =
+     * never.
+     * [0, 1e6] s, default 1. Longer than usual latencies, shorter than usual clock corrections. */
     double time_jump_limit_s;
 
     /* ------------------------ ready
      * When tilt and heading are called ready. */
 
-    /* Tilt is ready when its sigma is below this and as much information has been gained.
-     * (0, 10] rad, default 2 deg. What an attitude display or a levelled heading needs. */
+    /* Tilt is ready when its sigma is below this and the samples have provided the information for it.
+     * (0, 10] rad, default 2 deg. Sufficient for an attitude display or a levelled heading. */
     double ready_tilt_rad;
-    /* Heading is ready when its sigma is below this and as much information has been gained.
-     * (0, 10] rad, default 5 deg. The room's field itself is off by a few degrees: a smaller sigma of heading would be a
-     * claim. */
+    /* Heading is ready when its sigma is below this and the samples have provided the information for it.
+     * (0, 10] rad, default 5 deg. The field in rooms is wrong by a few degrees, so a smaller sigma would be optimistic. */
     double ready_heading_rad;
 
     /* ------------------------ frame
@@ -208,9 +207,9 @@ typedef struct hnav_hrekf_options {
      * hnav_navigation_frame, default ned. The usual frame of navigation. */
     int32_t navigation_frame;
     /* Magnetic declination: true heading = magnetic heading + declination.
-     * [-pi, pi] rad, default 0. The place is not known: north is magnetic until a declination is given. */
+     * [-pi, pi] rad, default 0. Unknown place: north is magnetic north until a declination is given. */
     double declination_rad;
-    /* Mounting: turns sensor vectors into the body frame, scalar first; normalised on use.
+    /* Mounting: rotates sensor vectors into body axes, scalar first; normalised on use.
      * [-2, 2], default 1, 0, 0, 0. Body axes are the sensor's. */
     double q_body_sensor[4];
 
@@ -218,14 +217,13 @@ typedef struct hnav_hrekf_options {
      * The integrator between events. */
 
     /* Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or the paper's Euler.
-     * hnav_solver, default erkstep. Without history, so that every interval is integrated alike, and exact to solver_rtol
-     * for any flow. */
+     * hnav_solver, default erkstep. A one-step method: every interval is integrated alike, to solver_rtol. */
     int32_t solver;
     /* Relative tolerance of ERKStep and Adams.
      * [1e-14, 1e-2], default 1e-8. The integrator's error stays far below that of any sensor. */
     double solver_rtol;
     /* Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state.
-     * [1e-20, 1e-2], default 1e-8. As solver_rtol: every state is as exact as its own size asks for. */
+     * [1e-20, 1e-2], default 1e-8. As solver_rtol, relative to the size of each state. */
     double solver_atol;
     /* Sub-step of Euler.
      * (0, 1e3] s, default 0.005. The paper's two steps for each sample at 100 Hz. */

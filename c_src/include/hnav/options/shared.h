@@ -22,26 +22,26 @@ typedef enum hnav_gamma_mode {
     HNAV_GAMMA_KL = 3        /* from a tolerance on relative entropy (Levy and Nikoukhah 2013) */
 } hnav_gamma_mode;
 
-/* What the first attitude is made of. */
+/* Source of the first attitude. */
 typedef enum hnav_start_mode {
     HNAV_START_TRIAD = 0,    /* tilt from force, heading from field (or from a heading sample if that comes first) */
     HNAV_START_ATTITUDE = 1, /* start_q_nb, at the first sample */
     HNAV_START_HEADING = 2   /* tilt from force, heading start_heading_rad */
 } hnav_start_mode;
 
-/* Where the reference field comes from. */
+/* Source of the reference field. */
 typedef enum hnav_reference_mode {
     HNAV_REFERENCE_LEARNT = 0, /* strength and dip of the field from the samples of the start */
     HNAV_REFERENCE_GIVEN = 1   /* reference_strength_tesla and reference_dip_rad */
 } hnav_reference_mode;
 
-/* Axes that attitudes are given in. */
+/* Navigation axes of attitudes. */
 typedef enum hnav_navigation_frame {
     HNAV_FRAME_NED = 0, /* north, east, down */
     HNAV_FRAME_ENU = 1  /* east, north, up */
 } hnav_navigation_frame;
 
-/* What integrates between events. */
+/* Integrator between events. */
 typedef enum hnav_solver {
     HNAV_SOLVER_ERKSTEP = 0,     /* SUNDIALS ARKODE, Dormand-Prince 5(4) */
     HNAV_SOLVER_ADAMS = 1,       /* SUNDIALS CVODE, Adams-Moulton, fixed-point iteration */
