@@ -13,7 +13,7 @@ import pandas as pd
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar
+from hnav.cli.console import bar, say
 from hnav.cli.words import UsageError, answer
 from hnav.io.outputs import write_files
 
@@ -58,6 +58,15 @@ def titled_table(title: str, names: str, figures: str = "", **style: Any) -> Tab
     for name in figures.split(" | ") if figures else ():
         table.add_column(name, justify="right")
     return table
+
+
+def draw_into(path: Path | None, draw: Callable[[Item], Any], found: Item) -> None:
+    """Writes what draw makes of the findings and says where; nothing without a path. Raises HnavError."""
+    if path:
+        from hnav.reports.plots import save  # matplotlib, which a table does not need
+
+        save(draw(found), path)
+        say(str(path))
 
 
 def write_rows(path: Path, rows: Iterable[Mapping[str, object]]) -> None:

@@ -23,13 +23,13 @@ import typer
 from rich.table import Table
 from scipy.spatial.transform import Rotation
 
-from hnav.cli.console import say, show
+from hnav.cli.console import show
 from hnav.filters.attitude import Filter
 from hnav.filters.ins import Ins
 from hnav.filters.options import Options
 from hnav.reports.colours import FAINT, INK, SKY
-from hnav.reports.plots import figure, save
-from studies.command import WORKERS, Workers, study
+from hnav.reports.plots import figure
+from studies.command import WORKERS, Workers, draw_into, study
 from studies.peers import PEERS, Assumed
 from studies.processes import in_order
 from studies.robust import ASSUMED, DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Run, Scenario, errors_of, simulate
@@ -208,9 +208,7 @@ def command(
     for claim in CLAIMS_DEG:
         show(times_table(found, claim, seeds), width=170)
     show(rest_table(found, seeds), width=170)
-    if picture:
-        save(draw(found), picture)
-        say(str(picture))
+    draw_into(picture, draw, found)
 
 
 main = study("convergence", command)

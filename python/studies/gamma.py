@@ -21,13 +21,13 @@ from scipy.spatial.transform import Rotation
 
 from hnav.certify.attenuation import attenuation
 from hnav.certify.gain_record import record_gains
-from hnav.cli.console import say, show
+from hnav.cli.console import show
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.reports.colours import BLUE, GREEN, VERMILION
-from hnav.reports.plots import figure, save
-from studies.command import WORKERS, Workers, study, titled_table
+from hnav.reports.plots import figure
+from studies.command import WORKERS, Workers, draw_into, study, titled_table
 from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
 from studies.processes import in_order
 from studies.robust import ASSUMED, SETTLED_S, Run
@@ -161,9 +161,7 @@ def command(
         )
         table.add_row(law.mode, f"{law.rate_1_s:g}", *("-" if np.isinf(value) else f"{value:.3g}" for value in figures))
     show(table, width=120)
-    if picture:
-        save(draw(found), picture)
-        say(str(picture))
+    draw_into(picture, draw, found)
 
 
 main = study("gamma", command)

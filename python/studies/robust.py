@@ -296,7 +296,7 @@ def command(
     check_choices("--part", [part], PARTS)
     for name, table in PARTS.items():
         if part in (None, name):
-            show(table(seeds), width=160)
+            show(table(seeds), width=250)
     say(
         "The robust law wins against an EKF that nobody tuned and is sooner right after an over-confident start; where the model is wrong "
         "for long an EKF with a larger Q wins, where it is right the EKF as assumed."

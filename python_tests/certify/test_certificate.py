@@ -23,7 +23,8 @@ from hnav.certify.certificate import (
 from hnav.certify.gain_record import Correction, GainRecord, WatchedReference, body_axes, body_maps, held_turns, record_gains
 from hnav.certify.results_folder import filter_of_run, read_results
 from hnav.certify.run import Thinning, attenuation_of, certify_run
-from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, smallest, with_signs
+from hnav.certify.sampled_data import SampledDataInequality, flow_matrix, multipliers_hold, return_to_sphere, with_signs
+from hnav.certify.semidefinite import BASIS, CorrectionBlocks, DenseBlocks, smallest
 from hnav.certify.windows import MOST_PLACES, windows_of
 from hnav.errors import HnavError
 from hnav.filters.attitude import Filter
@@ -31,10 +32,6 @@ from hnav.io.recordings import RecordingError
 from hnav.reference.hrekf import ReferenceFilter, product
 from hnav.rotations import quaternion_exp
 from hnav.systems.turntable_recording import DIP_RAD, INTERVAL_S, Turntable
-
-
-def solver():
-    pytest.importorskip("clarabel", reason="clarabel is not installed")
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +144,6 @@ def test_a_gap_widens_the_covariance_as_noise_of_its_interval(turntable):
 
 def test_a_run_that_began_anew_is_certified_in_parts(turntable):
     """After more than a second without samples no error is carried on."""
-    solver()
     experiment = Turntable().run(4.0, seed=5)
     options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
     found = record_gains(without_rows(experiment.recording, range(150, 270)), options)
@@ -158,7 +154,6 @@ def test_a_run_that_began_anew_is_certified_in_parts(turntable):
 
 
 def test_a_gap_that_spoils_a_certificate_is_named_with_its_remedy(turntable):
-    solver()
     options = Options("hrekf", "paper", **turntable.settings, solver="closed_form", gamma_mode="off")
     lossy = record_gains(without_rows(turntable.recording, range(60, 150)), options)
     found = certify(replace(lossy, corrections=lossy.corrections[40:80]), starts=0)
@@ -339,7 +334,6 @@ def test_the_printed_theorem_needs_a_flow_that_contracts_and_has_none(record):
 
 @pytest.mark.parametrize("rate", [0.5, 5.0])
 def test_a_linear_law_is_certified_with_its_decay(rate):
-    solver()
     found = certify(invariant_record(rate), starts=0)
     assert found.rate_1_s == pytest.approx(rate, rel=0.01)
     assert found.rate_1_s <= rate * (1 + 1e-9)
@@ -348,7 +342,6 @@ def test_a_linear_law_is_certified_with_its_decay(rate):
 
 def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
     """Its H sees the bias, what no sensor does: the inequality depends on it, the equations do not."""
-    solver()
     found = certify(invariant_record(0.5), starts=20)
     assert not found.certified
     assert "simulated start" in found.reason
@@ -356,21 +349,18 @@ def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
 
 def test_figures_scale_with_time():
     """Twice the decay at half the interval is the same law in other seconds."""
-    solver()
     slow, fast = certify(invariant_record(1.0, 0.02), starts=0), certify(invariant_record(2.0, 0.01), starts=0)
     assert fast.rate_1_s == pytest.approx(2 * slow.rate_1_s, rel=1e-3)
     assert fast.free_rate_1_s == pytest.approx(2 * slow.free_rate_1_s)
 
 
 def test_gains_that_push_the_wrong_way_are_refused_with_the_correction_named(record):
-    solver()
     found = certify(record.with_gain(-1), starts=0)
     assert not found.certified
     assert "spectral radius" in found.reason and "error grows" in found.reason
 
 
 def test_an_inequality_that_holds_holds_for_every_correction(record):
-    solver()
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
     inequality = SampledDataInequality(steady, 2.0)
     rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
@@ -383,7 +373,6 @@ def test_an_inequality_that_holds_holds_for_every_correction(record):
 
 def test_remainders_are_paid_for_by_decay(record):
     """With less decay asked the same corrections hold a larger region; what is answered is verified anew from P and tau alone."""
-    solver()
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
     inequality = SampledDataInequality(steady, 2.0)
     rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
@@ -395,7 +384,6 @@ def test_remainders_are_paid_for_by_decay(record):
 
 
 def test_the_progress_of_each_stage_grows_and_ends_full(record):
-    solver()
     told: dict[str, list[tuple[int, int]]] = {}
     expected: list[float] = []
     found = certify(
@@ -413,7 +401,6 @@ def test_the_progress_of_each_stage_grows_and_ends_full(record):
 
 def test_intervals_nest(record):
     """Any order of intervals is more than one interval at a time, and no P helps where a single correction lets errors grow."""
-    solver()
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
     np.testing.assert_allclose(
         SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14
@@ -435,20 +422,43 @@ def test_intervals_nest(record):
 
 
 def test_the_solver_is_asked_what_is_meant():
-    solver()
     F = np.zeros((3, 3, 2))
     F[0, 0, 0] = F[1, 1, 1] = F[0, 2, 0] = F[2, 0, 0] = 1.0
     F[2, 2] = [0.0, 1.0]
+
+    def blocks(F, unknowns, least):
+        return DenseBlocks(F[None], np.array([unknowns]), least * np.eye(len(F))[None])
+
     # [[x1, 0, x1], [0, x2, 0], [x1, 0, x2]] >= 0.5 I needs (x1 - 0.5)(x2 - 0.5) >= x1^2.
-    both, first = np.array([0, 1]), np.array([0])
-    x = smallest(np.array([0.0, 1.0]), [(F, both, 0.5)])
+    x = smallest(np.array([0.0, 1.0]), [blocks(F, [0, 1], 0.5)])
     assert np.linalg.eigvalsh(F @ x)[0] == pytest.approx(0.5, abs=1e-3)
     assert x[1] == pytest.approx(0.5 + min(v**2 / (v - 0.5) for v in np.linspace(0.6, 3, 2401)), rel=2e-3)
-    assert smallest(np.array([1.0]), [(-np.ones((1, 1, 1)), first, 1.0), (np.ones((1, 1, 1)), first, 0.0)]) is None
+    one = np.ones((1, 1, 1))
+    assert smallest(np.array([1.0]), [blocks(-one, [0], 1.0), blocks(one, [0], 0.0)]) is None
     # The same block of other unknowns, and of one unknown twice: x0 + x2 >= 3 and x0 + x0 >= 1.
     two = np.ones((1, 1, 2))
-    x = smallest(np.array([2.0, 0.0, 1.0]), [(two, np.array([0, 2]), 3.0), (two, np.array([0, 0]), 1.0)])
+    x = smallest(np.array([2.0, 0.0, 1.0]), [blocks(two, [0, 2], 3.0), blocks(two, [0, 0], 1.0)])
     np.testing.assert_allclose(x[[0, 2]], [0.5, 2.5], atol=2e-3)
+
+
+def test_blocks_of_corrections_are_those_of_their_matrices():
+    """The structured products against F in full, for matrices that are not symmetric too."""
+    rng = np.random.default_rng(3)
+    m, z, count = 4, 9, 2
+    share, B, forms = rng.random(m), rng.normal(size=(m, 6, z)), rng.normal(size=(m, count, z, z))
+    forms = forms + np.swapaxes(forms, 2, 3)
+    of_P = np.moveaxis(BASIS.reshape(6, 6, -1), -1, 0)
+    before = np.zeros((m, len(of_P), z, z))
+    before[:, :, :6, :6] = share[:, None, None, None] * of_P
+    after = -np.swapaxes(B, 1, 2)[:, None] @ of_P @ B[:, None]
+    F = np.moveaxis(np.concatenate([before, after, -forms], axis=1), 1, -1)
+    unknowns, constant = rng.integers(0, 60, (m, F.shape[-1])), np.zeros((m, z, z))
+    ours, full = CorrectionBlocks(share, B, forms, unknowns, constant), DenseBlocks(F, unknowns, constant)
+    Y, Z = (w @ np.swapaxes(w, 1, 2) for w in rng.normal(size=(2, m, z, z)))
+    x = rng.normal(size=60)
+    np.testing.assert_allclose(ours.value(x), full.value(x), rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(ours.adjoint(Z), full.adjoint(Z), rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(ours.products(Y, Z), full.products(Y, Z), rtol=1e-10, atol=1e-9)
 
 
 def test_multipliers_get_the_signs_that_they_missed_by_rounding():
@@ -494,7 +504,6 @@ def test_a_sensor_that_is_gone_for_long_is_named():
 
 def test_a_law_whose_field_comes_at_every_third_correction_decays_with_its_windows():
     """There the bias is seen once in three corrections, and falls by a third of the rate; no single P would allow any."""
-    solver()
     found = certify(without_field(invariant_record(1.0, count=12), lambda k: k % 3 != 2), starts=0)
     assert found.certified, found.reason
     assert found.longest_window == 3 and found.P.shape == (3, 6, 6)
@@ -502,7 +511,6 @@ def test_a_law_whose_field_comes_at_every_third_correction_decays_with_its_windo
 
 
 def test_what_holds_at_every_place_holds_for_the_product_over_every_window():
-    solver()
     thinned = without_field(invariant_record(5.0, count=26), lambda k: k % 4 != 3 or k == 15)
     inequality = SampledDataInequality(thinned, 2.0)
     windows = inequality.windows
@@ -518,7 +526,6 @@ def test_what_holds_at_every_place_holds_for_the_product_over_every_window():
 
 
 def test_gains_that_push_the_wrong_way_are_refused_with_their_window(record):
-    solver()
     found = certify(without_field(record, lambda k: k % 10 != 9).with_gain(-1), starts=0)
     assert not found.certified
     assert "over the 10 corrections from" in found.reason and "every sensor is seen" in found.reason
@@ -621,7 +628,6 @@ def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
 
 def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turntable):
     """The gains of the folder are those that its settings give, not those of the default preset."""
-    solver()
     data = turntable.recording
     with h5py.File(tmp_path / "signals.h5", "w") as file:
         file["t_s"] = data.t_s
@@ -665,7 +671,6 @@ def test_what_cannot_be_certified_is_said_in_one_line(arguments, named):
 
 
 def test_the_command_refuses_wrong_gains_and_writes_why(tmp_path):
-    solver()
     out, picture = tmp_path / "c.json", tmp_path / "c.png"
     done = hnav("certify", "--experiment", "turntable", "--preset", "paper", "--duration", 1, "--from", 0.5, "--gain-factor", -1, "--out", out, "--picture", picture)  # fmt: skip
     assert done.returncode == 0, done.stderr

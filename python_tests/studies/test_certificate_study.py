@@ -24,7 +24,6 @@ def test_a_gap_takes_rows_and_jitter_keeps_them(turntable):
 
 
 def test_ascent_stays_below_the_bound_and_finds_a_bound_that_is_too_small(turntable):
-    pytest.importorskip("clarabel", reason="clarabel is not installed")
     record = recorded(DAMAGES["5 rows lost"](turntable.recording), turntable.settings)
     short = GainRecord(record.name, record.corrections[495:510], record.largest_difference)
     found = certify(short, starts=0)

@@ -169,8 +169,8 @@ def largest_from(holds: Holds[Answer], low: float, high: float, growth: float, p
 
 # --------------------------------------------------------------------------------------------- the certificate
 
-# One program with remainders, at so small a radius, takes about this share of the search; more places in windows need more of them.
-TRIED_RADIUS, PROGRAMS, PROGRAMS_EACH_PLACE = 1e-2, 20.0, 10.0
+# The search takes as long as about so many programs with remainders at so small a radius; more places in windows need more of them.
+TRIED_RADIUS, PROGRAMS, PROGRAMS_EACH_PLACE = 1e-2, 80.0, 17.0
 PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
 
 
@@ -183,14 +183,8 @@ def certify(
 ) -> Certificate:
     """Decay, region, noise floor, dwell and verdict of a record; starts: simulated errors on the boundary of the region.
 
-    announce: gets the time that the search is expected to take, s, before it begins. Raises HnavError when the solver Clarabel is not installed, and for records of fewer than two corrections.
+    announce: gets the time that the search is expected to take, s, before it begins. Raises HnavError for records of fewer than two corrections.
     """
-    try:
-        import clarabel  # noqa: F401
-    except ImportError as error:
-        raise HnavRuntimeError(
-            "unsupported", f"the certificate needs {error.name}: python -m pip install {error.name} (the extra 'certify')"
-        ) from None
     if len(record.corrections) < 2:
         raise HnavRuntimeError(
             "no data", f"{record.name}: {len(record.corrections)} corrections; a certificate needs two or more"

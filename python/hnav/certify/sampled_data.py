@@ -44,12 +44,11 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from hnav.certify.gain_record import GainRecord, held_turns
+from hnav.certify.semidefinite import BASIS, Blocks, CorrectionBlocks, DenseBlocks, N, smallest
 from hnav.certify.windows import windows_of
 
-N = 6  # of e
 ATTITUDE, BIAS = slice(0, 3), slice(3, 6)
 FORCE, FIELD = slice(0, 3), slice(3, 6)  # rows of H
 R, S, ALONG = slice(6, 12), slice(12, 15), slice(15, 18)  # of z, after e: r, s, n
@@ -57,14 +56,8 @@ Z = 18
 MULTIPLIERS = 9  # tau: of D (11, 22, 12), of the equalities (11, 22, 12), of s and n; last kappa
 FIRST_VERTICES, NEW_VERTICES, PASSES = 10, 4, 16
 ACTIVE = 2.0  # times the margin: a constraint whose smallest eigenvalue is below
-# The cost is needed roughly, the constraints well. For blocks of this size faer takes half the time of the default, and more threads
-# gain nothing. A question that can be answered takes 15 to 40 iterations, one at the limit of the rate up to 100.
-SOLVER = {
-    "verbose": False, "max_threads": 1, "direct_solve_method": "faer", "tol_gap_abs": 1e-3, "tol_gap_rel": 1e-3, "tol_feas": 1e-8,
-    "max_iter": 100,
-}  # fmt: skip
 CHECKED_AT_ONCE = 1000  # corrections, so that long records fit into memory
-LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-8, so that the check finds X >= 0
+LEAST_MARGIN = 1e-6  # asked of the solver, whose answers are good to 1e-7, so that the check finds X >= 0
 
 
 def flow_matrix(rate_n: np.ndarray) -> np.ndarray:
@@ -155,51 +148,6 @@ def _deepest(least: np.ndarray, most: int) -> np.ndarray:
     around = np.r_[np.inf, least, np.inf]
     at = np.flatnonzero((least < 0) & (least <= around[:-2]) & (least < around[2:]))
     return at[np.argsort(least[at])][:most]
-
-
-# F (n x n x unknowns it depends on), which unknowns these are, and the margin.
-Block = tuple[np.ndarray, np.ndarray, float]
-
-
-def cone_rows(blocks: list[Block], unknowns: int) -> tuple[csc_matrix, np.ndarray, list[int]]:
-    """(A, b, sizes) with b - A x = the upper triangles, by columns, of F x - margin I for each block.
-
-    Elements off the diagonal are multiplied by sqrt(2), which makes the scalar product of two triangles that of the matrices.
-    """
-    values, row_of, column_of, b, first = [], [], [], [], 0
-    for F, used, margin in blocks:
-        column, row = np.tril_indices(len(F))  # the upper triangle by columns is the lower one by rows
-        triangle = -np.where(row == column, 1, np.sqrt(2))[:, None] * F[row, column]
-        at, unknown = np.nonzero(triangle)
-        values.append(triangle[at, unknown])
-        row_of.append(first + at)
-        column_of.append(used[unknown])
-        b.append(np.where(row == column, -margin, 0.0))
-        first += len(row)
-    entries = (np.concatenate(values), (np.concatenate(row_of), np.concatenate(column_of)))
-    return csc_matrix(entries, shape=(first, unknowns)), np.concatenate(b), [len(F) for F, *_ in blocks]
-
-
-def smallest(cost: np.ndarray, blocks: list[Block]) -> np.ndarray | None:
-    """x of the least cost'x for which F x[unknowns] >= margin I for each block, F symmetric; None when the solver finds
-    none. What comes out is good to its tolerance only.
-    """
-    import clarabel
-
-    A, b, sizes = cone_rows(blocks, len(cost))
-    good = (clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved)
-    # Clarabel's scaling of rows and columns is faster for one place, and breaks down at the first step for many.
-    for scaled in (True, False):
-        settings = clarabel.DefaultSettings()
-        for name, value in (SOLVER | {"equilibrate_enable": scaled}).items():
-            setattr(settings, name, value)
-        cones = [clarabel.PSDTriangleConeT(n) for n in sizes]
-        answer = clarabel.DefaultSolver(csc_matrix((len(cost), len(cost))), cost, A, b, cones, settings).solve()
-        if answer.status in good:
-            return np.array(answer.x)
-        if answer.status in (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.DualInfeasible):
-            return None
-    return None
 
 
 class SampledDataInequality:
@@ -353,37 +301,38 @@ class SampledDataInequality:
         k = np.array(self.vertices)
         self.programs.append(len(k))
         B, forms = (self.M[k], []) if rho == 0 else self.terms(k, rho)
-        basis = np.array([np.eye(1, N * N, int(i * N + j)).reshape(N, N) for i, j in zip(*np.triu_indices(N))])
-        basis = np.maximum(basis, np.swapaxes(basis, 1, 2))
-        zero = np.zeros((N, N))
-        # What each unknown adds, on the last axis: elements of P before the correction, of P after it, and multipliers.
-        X = np.stack(
-            [self._part_of_P(k, b, zero, sigma, B) for b in basis]
-            + [self._part_of_P(k, zero, b, sigma, B) for b in basis]
-            + [-F for F in forms],
-            axis=-1,
-        )
-        places, elements, count = self.windows.places, len(basis), len(forms)
+        places, elements, count, z = self.windows.places, BASIS.shape[1], len(forms), B.shape[2]
         P_at = np.arange(places * elements).reshape(places, elements)
         tau_at = places * elements + np.arange(places * count).reshape(places, count)
-        used = self.used(k)[:, : X.shape[1]]
-        blocks: list[Block] = [
-            (x[np.ix_(there, there)], np.r_[P_at[before], P_at[after], tau_at[after]], margin)
-            for x, there, before, after in zip(X, used, self.before[k], self.after[k])
-        ]
-        of_P = np.moveaxis(basis, 0, -1)
-        blocks += [(of_P, unknowns, 1.0) for unknowns in P_at]
-        if rho > 0:
-            D, positive = np.zeros((2, 2, MULTIPLIERS)), np.zeros((2, 2, MULTIPLIERS))
-            D[[0, 1, 0, 1], [0, 1, 1, 0], [0, 1, 2, 2]] = 1
-            positive[[0, 1], [0, 1], [-3, -2]] = 1
-            kappa = np.concatenate([-of_P[ATTITUDE, ATTITUDE], np.eye(3)[:, :, None]], axis=-1)
-            for P_here, tau_here in zip(P_at, tau_at):
-                blocks += [(D, tau_here, 0.0), (positive, tau_here, 0.0), (kappa, np.r_[P_here, tau_here[-1]], LEAST_MARGIN)]
+        before, after = self.before[k], self.after[k]
+        # An element of z that is missing has a 1 on the diagonal of its block.
+        constant = np.where(self.used(k)[:, :z], margin, margin - 1)[:, :, None] * np.eye(z)
+        F = np.stack(forms, axis=1) if forms else np.zeros((len(k), 0, z, z))
+        unknowns = np.concatenate([P_at[before], P_at[after], tau_at[after]], axis=1)
+        blocks = [CorrectionBlocks(np.exp(-2 * sigma * self.T[k]), B, F, unknowns, constant), *_blocks_of_places(P_at, tau_at)]
         cost = np.zeros(places * (elements + count))
-        cost[P_at] = np.einsum("iij->j", of_P)
+        cost[P_at] = BASIS[:: N + 1].sum(axis=0)
         x = smallest(cost, blocks)
         if x is None:
             return None
         tau = np.zeros((places, MULTIPLIERS)) if rho == 0 else np.stack([with_signs(t) for t in x[tau_at]])
-        return np.moveaxis(of_P @ x[P_at].T, -1, 0), tau
+        return (x[P_at] @ BASIS.T).reshape(places, N, N), tau
+
+
+def _blocks_of_places(P_at: np.ndarray, tau_at: np.ndarray) -> list[Blocks]:
+    """P >= I and, where there are multipliers, their signs and kappa I >= P_dd."""
+
+    def at_each(F: np.ndarray, unknowns: np.ndarray, least: float) -> DenseBlocks:
+        places, n = len(unknowns), len(F)
+        return DenseBlocks(np.broadcast_to(F, (places, *F.shape)), unknowns, np.broadcast_to(least * np.eye(n), (places, n, n)))
+
+    of_P = BASIS.reshape(N, N, -1)
+    found: list[Blocks] = [at_each(of_P, P_at, 1.0)]
+    if tau_at.shape[1]:
+        D, positive = np.zeros((2, 2, MULTIPLIERS)), np.zeros((2, 2, MULTIPLIERS))
+        D[[0, 1, 0, 1], [0, 1, 1, 0], [0, 1, 2, 2]] = 1
+        positive[[0, 1], [0, 1], [-3, -2]] = 1
+        kappa = np.concatenate([-of_P[ATTITUDE, ATTITUDE], np.eye(3)[:, :, None]], axis=-1)
+        found += [at_each(D, tau_at, 0.0), at_each(positive, tau_at, 0.0)]
+        found += [at_each(kappa, np.concatenate([P_at, tau_at[:, -1:]], axis=1), LEAST_MARGIN)]
+    return found

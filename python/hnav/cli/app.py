@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -111,5 +112,7 @@ def root(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """One line on stderr and exit code 2 for everything that the user can mend."""
+    # The matrices are small: further threads of BLAS only wait, which costs as much processor time again. Read when NumPy is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     typed = list(sys.argv[1:] if arguments is None else arguments)
     answer("hnav", partial(app, prog_name="hnav"), typed or ["--help"])
