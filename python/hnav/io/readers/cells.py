@@ -20,7 +20,7 @@ _THOUSANDS = {".": re.compile(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?"), ",": re.compile
 
 
 def cells_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    """The cells of each line; quoted ones may hold delimiters and ends of lines. Raises csv.Error for one that is too long."""
+    """The cells of each line; quoted ones may hold delimiters and ends of lines. Raises csv.Error for a cell that is too long."""
     if delimiter == BLANKS:
         return (line.split() for line in lines)
     return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)

@@ -2,7 +2,7 @@
 
 Sensor Logger writes time (ns since 1970), seconds_elapsed, z, y, x: rad/s, m/s2, microtesla. Of Android, Accelerometer.csv is
 without gravity and TotalAcceleration.csv with it; of iOS, gravity is in Gravity.csv, and both have the opposite sign unless the
-app was told to standardise (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",... MetaBase writes a sensor's name
+app standardises its axes (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",... MetaBase writes a sensor's name
 among others in that of the file, and "epoch (ms)","x-axis (deg/s)",...
 """
 
@@ -31,7 +31,7 @@ FILES = {
               "linearaccelerometer", "linearacceleration"),
     "mag": ("magnetometer", "magneticfield", "mag", "magnetometeruncalibrated"),
 }  # fmt: skip
-# A longer name of a file tells its sensor by one of these alone.
+# In a longer file name, only these words identify the sensor.
 WITHIN = {"gyro": "gyroscope", "accel": "accelerometer", "mag": "magnetometer"}
 AID_FILES = (("location", "gps"), ("barometer", "pressure"))
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
@@ -127,7 +127,7 @@ def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes
 
 
 def _ios_sign(files: Mapping[str, bytes]) -> bool:
-    """Whether the metadata tell of iOS, and of frames that were not made alike."""
+    """Whether the metadata name iOS and axes that were not standardised."""
     if "metadata" not in files:
         return False
     rows = list(csv.DictReader(io.StringIO(files["metadata"].decode("utf-8-sig", "replace"))))

@@ -1,4 +1,4 @@
-"""Long tables of text in pieces: recordings one after the other that together are the one that hnav.read answers, bit for bit.
+"""Long tables of text in pieces: consecutive recordings that together equal the recording of hnav.read, bit for bit.
 
     if (table := long_table("day.csv")) is not None:
         for piece in table: ...            # Recordings of PIECE rows, the last of fewer
@@ -129,7 +129,7 @@ class LongTable:
                 raise _NotPlain from None
 
     def _with_units(self) -> Wishes:
-        """What the first rows say of units that the header does not tell goes for all."""
+        """Units that the header does not state are inferred from the first rows and apply to all."""
         frame = next(self._frames(), None)
         if frame is None:
             raise _NotPlain
@@ -157,7 +157,7 @@ class LongTable:
 
 
 def _encoding(path: Path) -> str:
-    """The one that the whole file is in, as encoding_of says it. Raises _NotPlain."""
+    """The encoding of the whole file, by encoding_of. Raises _NotPlain."""
     decoders = {name: codecs.getincrementaldecoder(name)() for name in ENCODINGS}
     with path.open("rb") as file:
         while block := file.read(BLOCK_BYTES):

@@ -76,11 +76,16 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
             raise RecordingError(f"{path}: no GPX: it defines entities")
         for _, element in ElementTree.iterparse(path):
             if element.tag.rpartition("}")[2] == "trkpt":
-                told = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
-                if "time" in told:
-                    t_s = datetime.datetime.fromisoformat(told["time"].replace("Z", "+00:00")).timestamp()
+                fields = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
+                if "time" in fields:
+                    t_s = datetime.datetime.fromisoformat(fields["time"].replace("Z", "+00:00")).timestamp()
                     rows.append(
-                        (t_s, float(element.get("lat", "nan")), float(element.get("lon", "nan")), float(told.get("ele") or "nan"))
+                        (
+                            t_s,
+                            float(element.get("lat", "nan")),
+                            float(element.get("lon", "nan")),
+                            float(fields.get("ele") or "nan"),
+                        )
                     )
                 element.clear()
     except (ElementTree.ParseError, ValueError) as error:

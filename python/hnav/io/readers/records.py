@@ -43,7 +43,7 @@ def read_json(path: Path, wishes: Wishes) -> Raw:
 
 
 def _parsed(path: Path, data: bytes) -> Any:
-    """A tree, or a list of the trees of its lines; of one that was cut off, the whole lines."""
+    """A tree, or a list of the trees of its lines; of a truncated file, the complete lines."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -82,7 +82,7 @@ FIX_3D = 3
 
 
 def _ulog_times(data: dict[str, Any]) -> np.ndarray:
-    """When it was measured, where the log tells."""
+    """The time of measurement, if the log states it."""
     sampled = data.get("timestamp_sample")
     us = data["timestamp"] if sampled is None or not (sampled > 0).all() else sampled
     return np.asarray(us, float) * 1e-6

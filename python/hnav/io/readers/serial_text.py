@@ -52,7 +52,7 @@ def is_serial_text(path: Path, head: bytes) -> bool:
 
 
 def read_serial_text(path: Path, wishes: Wishes) -> Raw:
-    """Raises RecordingError for lines without times, where no rate is told."""
+    """Raises RecordingError for lines without times, without a given rate."""
     import pandas
 
     data = path.read_bytes()

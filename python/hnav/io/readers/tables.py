@@ -154,18 +154,18 @@ def _are_microteslas(field: np.ndarray) -> bool:
 
 
 def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit, tuple[str, ...]]:
-    """The times of the rows in s, their unit, and what was mended of them. Raises RecordingError for times that tell nothing."""
+    """The times of the rows in s, their unit, and notes about corrections. Raises RecordingError for unusable times."""
     n = len(next(iter(table.values.values())))
     if wishes.rate_hz is not None:
         return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given"), ()
     column = table.columns.get("t_s")
     if column is None:
         raise RecordingError(f"{missing_column(shown, table, 't_s')}, or give rate_hz")
-    told = table.values["t_s"]
+    stated = table.values["t_s"]
     unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
     if not table.instants and (unit.source == "assumed" or (unit.source == "by header" and unit.name == "s")):
-        unit = unit_by_size(told, unit) or unit
-    t_s = told * si_per("time", unit.name)
+        unit = unit_by_size(stated, unit) or unit
+    t_s = stated * si_per("time", unit.name)
     if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
         return t_s, unit, ()
     if _can_be_ordered(table, t_s):

@@ -114,7 +114,7 @@ def _columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _holds_cells(vector: np.ndarray) -> bool:
-    """Numbers or texts; of mixed ones the first few tell."""
+    """Numbers or texts; for mixed values the first few decide."""
     return vector.dtype.kind in "fiubU" or (
         vector.dtype == object and not any(isinstance(v, (list, dict, np.ndarray)) for v in vector[:3])
     )

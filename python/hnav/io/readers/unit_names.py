@@ -114,4 +114,4 @@ def unknown_unit(quantity: str, name: str, text: str) -> str:
             "mag": "'0.15 uT' (AK8963, AK09916; HMC5883L 0.92 mG)",
         }[quantity]
         return f"the column {name} holds counts of the chip ({text}): say what one of them is, such as {quantity}_unit={example}"
-    return f"the unit {text!r} of the column {name} is none that hnav knows: say {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}"
+    return f"the unit {text!r} of the column {name} is not supported: give {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}"
