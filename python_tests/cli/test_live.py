@@ -221,7 +221,7 @@ def test_mavlink(tmp_path):
                 round(1e6 * t_s) + 1000, *force, *rate, *field, 0, 0, 0, 0, 0x3F | (0x1C0 if i % 4 == 0 else 0)
             )
             link.mav.heartbeat_send(2, 3, 0, 0, 0)
-            time.sleep(0.004)  # the buffer of a socket holds half a second of it
+            time.sleep(0.004)  # the buffer of a socket holds half a second of lines
         live.wait_for_rows(len(r.t_s))
         live.end()
         link.close()
@@ -285,7 +285,7 @@ def sentences(drive, i: int) -> list[str]:
 
 
 def navigated(live: Session, folder: Path, rows: int) -> pd.DataFrame:
-    """The estimates, which are those of the recording, and know where the car is."""
+    """The estimates, which equal those of the recording and are close to the true position."""
     assert live.check_same_numbers(folder, *INS) == rows
     found = pd.DataFrame([json.loads(line) for line in live.answers])
     assert found["tilt_ready"].iloc[-1] == 1 and found["sigma_north"].iloc[-1] < 5
