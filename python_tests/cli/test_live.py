@@ -72,7 +72,7 @@ class Session:
         return {name: int(n) for name, n in re.findall(r"([a-z][a-z ]*) (\d+)", self.said.splitlines()[-1])}
 
     def check_same_numbers(self, folder: Path, *options: object) -> int:
-        """What hnav filter makes of the recording, number by number as text; how many rows there were."""
+        """The table of hnav filter for the recording as text, and its number of rows."""
         table = folder / "again.csv"
         done = hnav("filter", self.record, "--out", table, "--force", *options)
         assert done.returncode == 0, done.stderr
@@ -199,7 +199,7 @@ def test_a_clock_that_restarts_and_a_source_that_stalls(tmp_path, lines):
         send([lines[0], *lines[1:601]])
         live.wait_for(lambda: "nothing came for 2 s" in live.said, "the stall")
         send(lines[1:201])
-        send([lines[150], lines[200]])  # late, and twice
+        send([lines[150], lines[200]])  # a late and a repeated line
         live.wait_for_rows(800)
         live.wait_for(lambda: "goes on after" in live.said, "the end of the stall")
         time.sleep(0.2)

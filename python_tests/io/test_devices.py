@@ -1,4 +1,4 @@
-"""What devices and apps write is read as it was measured, or refused in a sentence that helps; nothing is read wrong in silence."""
+"""Files of devices and apps are read correctly, or refused with a remedy; none is read wrongly without an error."""
 
 import bz2
 import lzma

@@ -244,7 +244,7 @@ def print_outcome(outcome: Outcome, engine: str, out: Path | None, report: Path 
 def filtered(
     data: Recording, filter: str, engine: str, settings: dict[str, str], preset: str, step: float | None, smooth: bool
 ) -> Result:
-    """The run, with a progress bar."""
+    """Runs the filter with a progress bar."""
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
 
@@ -298,7 +298,7 @@ def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:
 
 
 def cure(finding: Finding) -> str:
-    """What to do about a sensor in this state."""
+    """The remedy for a sensor in this state."""
     return {
         "late": "give --set horizon_s=..., a little above the latest delay",
         "outlier": f"look at cable and supply; if the body moves so, give a larger --set {OUTLIERS.get(finding.sensor, '')}=...",

@@ -1,4 +1,4 @@
-"""hnav live: samples that arrive now through a filter; estimates as JSON lines, a recording, a page."""
+"""hnav live: runs a filter over samples as they arrive; writes estimates as JSON lines, a recording, a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the commands do with --filter ins: a recording with satellites through the navigation filter, into a table and a page."""
+"""The commands with --filter ins: run the navigation filter over a recording with satellites; write a table and a page."""
 
 from __future__ import annotations
 

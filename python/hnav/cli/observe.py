@@ -1,4 +1,4 @@
-"""hnav observe: an estimator made of an FMU: what it offers, a plan to start with, and estimates from a table of samples."""
+"""hnav observe: an estimator made of an FMU: its variables, a first plan, and estimates from a table of samples."""
 
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ def unmodelled_events(observer: Observer) -> list[str]:
 
 
 def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], ObserverRun]) -> list[str]:
-    """A line for each sensor that reads too much or too little; follow: a run of a changed plan."""
+    """A line for each sensor with an offset; follow: a run of a changed plan."""
     lines = []
     for name, offset in offsets(run, plan, follow).items():
         more = plan.sensors[name].own_offset - offset
@@ -305,7 +305,7 @@ def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
 
 
 def describe_plant(file: Path, prove: bool) -> None:
-    """Without a plan: what there is, and one to start with."""
+    """Prints the variables of a plant and a first plan."""
     plant = plant_of_file(file)
     if isinstance(plant, Plant):
         print_functions(plant, file.name)
@@ -319,7 +319,7 @@ def remark(line: str) -> None:
 
 
 def print_functions(plant: Plant, name: str) -> None:
-    """Of a plant in Python: what there is, and a plan to start with."""
+    """Prints the functions of a plant in Python and a first plan."""
     plan = Plan(plant)
     for sensor in plant.sensors:
         plan.sensor(sensor, noise=0.01)
@@ -334,7 +334,7 @@ def print_functions(plant: Plant, name: str) -> None:
 
 
 def print_model(fmu: ModelDescription, prove: bool) -> None:
-    """What there is, what its derivatives are worth, and a plan to start with."""
+    """Prints the variables of an FMU, the check of its derivatives, and a first plan."""
     print_variables(fmu)
     plan = first_plan(fmu)
     observer = Observer(plan)

@@ -111,7 +111,7 @@ class LiveClock:
         self._last_s, self._arrived_s, self._offset_s = math.nan, math.nan, 0.0
 
     def ahead_s(self, stamp_s: float) -> float:
-        """Of the newest row; NaN at the first one."""
+        """Time in s from the newest row to this stamp; NaN at the first row."""
         return stamp_s + self._offset_s - self._last_s
 
     def is_strange(self, stamp_s: float, arrived_s: float) -> bool:
@@ -229,7 +229,7 @@ class LiveLines:
         return self._names, text.split() if self._delimiter == BLANKS else [cell.strip() for cell in text.split(self._delimiter)]
 
     def _begin(self, text: str) -> tuple[tuple[str, ...], Sequence[Any]] | None:
-        """A line before which no header was seen, or which may be one."""
+        """Handles a line without a preceding header, which may itself be a header."""
         parted = {mark: text.split() if mark == BLANKS else [cell.strip() for cell in text.split(mark)] for mark in DELIMITERS}
         of_numbers = [mark for mark, cells in parted.items() if all(map(is_number, filter(None, cells)))]
         if of_numbers:
@@ -248,7 +248,7 @@ class LiveLines:
         return self._parted(text.encode()) if of_numbers else None
 
     def _names_of_places(self, count: int) -> tuple[str, ...]:
-        """Of numbers without a header: as they were named by their places, or in the order of CSV_COLUMNS, with or without times."""
+        """The columns of numbers without a header: named by their positions, or in the order of CSV_COLUMNS, with or without times."""
         if self._wishes.columns:
             return tuple(str(place + 1) for place in range(count))
         begin = 1 if self._wishes.rate_hz else 0
@@ -278,7 +278,7 @@ class LiveLines:
     # ----------------------------------------------------------------------------------------- rows
 
     def _columns(self, names: Sequence[str]) -> dict[str, Column]:
-        """Of samples of inertial and magnetic sensors. Raises RecordingError."""
+        """The plan for lines of inertial and magnetic samples. Raises RecordingError."""
         found = columns_of(names, self._wishes.columns, SHOWN)
         return {role: column for role, column in found.items() if role in self._roles}
 
@@ -403,7 +403,7 @@ class LiveLines:
         return not left
 
     def _numbers(self, line: Line) -> list[float] | None:
-        """The ten of a row; None where the line has no time, no sample, or something else."""
+        """The ten numbers of a row; None for a line without time or sample, or with other content."""
         scheme = self._scheme(line.names, [line])
         if scheme is None or len(line.cells) > len(line.names):
             return None

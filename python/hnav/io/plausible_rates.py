@@ -14,19 +14,19 @@ import numpy as np
 from hnav.io.findings import Samples
 
 WINDOWS_S = {"mag": (0.1, 0.5, 2.0, 8.0), "accel": (0.1, 0.5, 2.0)}
-"""Over longer ones the force of an aircraft stays where it is, while the aircraft turns."""
+"""Window lengths. In longer ones a coordinated turn of an aircraft leaves the force constant in the body."""
 STEP_S = 0.02
 AS_RAD, AS_DEG = (0.5, 2.0), (0.5 / 57.3, 2.0 / 57.3)
 """Ratio of the observed rotation to that of the rates in rad/s."""
 SURE = 0.85
-"""Of the correlation of both."""
+"""Least correlation of the observed rotation with that of the rates."""
 LEAST_TURNING = 0.004
 """Rotation in rad over a window that noise of gravity and field can imitate."""
 STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, (0.03, 1.0)
-"""Share of the turning that the numbers say which was seen, with room for noise, and what they must say at least and at most (rad), for
-a body that turned 57 times less. A body that turns by more over a window may come back to where it was."""
+"""Largest share of the integrated rotation that is observed when the body turned 57 times less; margin for noise in rad; least
+and largest integrated rotation in rad. A body that turns further within a window may return to its attitude."""
 FIELD_TURNED, AS_FAST = 0.05, 0.3
-"""Rad over a window, beyond what passing iron does, and the share of the turning that numbers say in rad/s."""
+"""Rotation of the field in rad over a window, more than passing iron causes, and its least share of the rotation in rad/s."""
 LARGEST_BIAS = 0.35
 """As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
 STAYED = 0.95

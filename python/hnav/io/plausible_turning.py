@@ -48,7 +48,7 @@ def findings_by_turning(recording: Recording, live: Samples, found: list[Finding
 
 
 def _factor_of_times(recording: Recording, unit: Finding | None) -> float:
-    """Factor from the assumed time unit to the one that was found."""
+    """Factor from the assumed time unit to the unit that was found."""
     return si_per("time", unit.value) / si_per("time", unit_name(recording, "time")) if unit and unit.argument else 1.0
 
 

@@ -24,7 +24,7 @@ class RecordFile:
     """The records of a file, and the file open for more. Use as a context manager.
 
     path: made with its folder when it is missing. head: what the records are of. Raises HnavError for a file with
-    another head, one that another process is adding to, and one that is not a record file; OutputError when it cannot be written.
+    another head, one that another process is adding to, and any other kind of file; OutputError when it cannot be written.
     """
 
     def __init__(self, path: Path, head: Mapping[str, Any]):

@@ -31,7 +31,7 @@ def read_sample_table(path: Path | str, wanted: Container[str] | None = None) ->
     """Times in seconds, and the other columns by name, NaN where a cell is empty or says that there is none (NA, null, unknown, -).
 
     Cells are parted by commas, semicolons, tabs or blanks; where it is not commas, decimals may have them. Lines that begin with # are
-    left out, but for one that holds the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
+    left out, except the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
     become seconds since 1970; clocks that count milliseconds, microseconds or nanoseconds since 1970 are recognised by their size. true, on,
     false and off are 1 and 0. wanted: the columns that have to be numbers, all if it is None; what is no number in another is NaN. Raises
     HnavValueError that names file, column and row.

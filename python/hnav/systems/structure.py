@@ -153,7 +153,7 @@ class System:
                         self.components[component].parameters[parameter] = graded[name]
 
     def _of_sensor_file(self, file: str) -> list[Parameter]:
-        """What the figures of a file set in sensors and attitude filters; what it does not name stays. Raises HnavError."""
+        """Sets sensors and attitude filters by the figures of a sensor file; other parameters stay. Raises HnavError."""
         grade = read_grade(file)
         if not any(c.description.modelName in SENSORS for c in self.components.values()):
             refuse(f"sensor file {file}: system {self.name} has no component {SENSORS[0]}")

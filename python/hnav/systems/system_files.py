@@ -117,7 +117,7 @@ class Definition:
         return "".join(lines)
 
     def _component(self, component: str, bound: set[str]) -> str:
-        # Bound at the component, because that is where every importer looks; all of one name, because some ask for it.
+        # Bound at the component, where every importer reads bindings; all have the same name, because some importers require it.
         fmu, description = self.components[component]
         nominal = self.scenarios[NOMINAL][1].items()
         own = {key.partition(".")[2]: value for key, value in nominal if key.startswith(component + ".")}

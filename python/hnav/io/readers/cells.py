@@ -1,4 +1,4 @@
-"""Cells of a text that is a table: what parts them, which are numbers, and the mark before decimals."""
+"""Cells of a text table: delimiters, numbers, and the decimal mark."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ DELIMITERS = (",", ";", "\t", "|", BLANKS)
 MISSING = frozenset({"", "na", "n/a", "#n/a", "<na>", "nan", "null", "none", "-", "--", "unavailable", "unknown"})
 """Cells that hold no number, in small letters."""
 _MINUS = dict.fromkeys(map(ord, "−–"), "-")
-"""What word processors and spreadsheets put for a minus."""
+"""Characters that word processors and spreadsheets use for a minus."""
 _EXPONENT = r"(?:[eE][-+]?\d+)?"
 _DECIMALS = {mark: re.compile(rf"[-+]?[\d{other}]*{mark}\d*{_EXPONENT}") for mark, other in ((",", "."), ("[.]", ","))}
 _THOUSANDS = {".": re.compile(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?"), ",": re.compile(r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?")}

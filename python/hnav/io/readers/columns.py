@@ -69,7 +69,7 @@ OF_A_SENSOR = 3
 
 @dataclass(frozen=True)
 class Column:
-    """What stands in a column."""
+    """The content of a column."""
 
     role: str
     """One of CSV_COLUMNS, or of ROLES of what aids navigation."""
@@ -78,10 +78,10 @@ class Column:
     place: int
     unit: str | None = None
     rank: int = 0
-    """Of several columns of one role, the one with the lowest is taken."""
+    """Among columns of one role, the lowest rank is taken."""
     sign: float = 1.0
     strange: str = ""
-    """What the file calls its unit, where that is none that is known."""
+    """The unit name in the file, if it is unknown."""
 
     @property
     def aids(self) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import along, present
-from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import encoding_of, parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
 
@@ -39,7 +39,7 @@ def read_ardupilot(path: Path, wishes: Wishes) -> Raw:
         streams = [stream for sensor in ARRAYS if (stream := _stream(rows, sensor, wishes))]
         aids = _satellites(rows) | _pressure(rows)
     except Exception as error:  # pymavlink raises errors of any type for a damaged file
-        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+        raise cannot_be_read(path, error) from None
     missing = [sensor for sensor in ("gyro", "accel") if sensor not in {stream.sensor for stream in streams}]
     if missing and not wishes.only_aids:
         raise RecordingError(f"{path}: has no message IMU, GYR or ACC: log it (LOG_BITMASK, IMU)")

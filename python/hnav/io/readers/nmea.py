@@ -112,7 +112,7 @@ class _Log:
             pass  # cut off, or without a number: no sample
 
     def aids(self) -> dict[str, AidSamples]:
-        """What was said."""
+        """All samples so far."""
         found = {}
         if self._places:
             table = np.array(self._places)
@@ -126,7 +126,7 @@ class _Log:
         return {kind: one for kind, one in kept.items() if len(one.t_s)}
 
     def newest(self) -> dict[str, float]:
-        """What was said since the last call, by the names of columns."""
+        """Samples since the last call, by column names."""
         self._sigmas = {self._places[-1][0] if self._places else t_s: sigma for t_s, sigma in [*self._sigmas.items()][-1:]}
         found, values = self.aids(), dict[str, float]()
         self._places.clear()

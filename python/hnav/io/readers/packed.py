@@ -1,4 +1,4 @@
-"""Files that are packed (.gz, .bz2, .xz, .zip), folders of tables, and what a file that is no recording is."""
+"""Packed files (.gz, .bz2, .xz, .zip), folders of tables, and the recognition of files that are not recordings."""
 
 from __future__ import annotations
 

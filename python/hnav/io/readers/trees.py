@@ -1,4 +1,4 @@
-"""Values in values, as JSON, MATLAB structs and NumPy archives hold them, as named tables.
+"""Values in values, as in JSON, MATLAB structs and NumPy archives, read as named tables.
 
 Records ([{"t": 0, "gx": 1}, ...], also a line each), columns ({"t": [...], "gx": [...]}), tables split into names and rows, and records
 of several sensors, of which each says its sensor (Sensor Logger: "sensor"; its push: "name", "values") or stands under its name, with
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 DEEPEST = 8
 KINDS = ("sensor", "name", "type", "topic", "sensorName", "sensor_name")
-"""What says of a record which sensor it is of."""
+"""Keys that name the sensor of a record."""
 AXES = "xyz"
 MOST_COLUMNS = 32  # of a matrix of sensors
 MOST_TABLES = 200
