@@ -146,7 +146,7 @@ def test_compare_with_a_filter_prints_all_trials_and_writes_json(broad_trials, t
     assert "undisturbed" in done.stdout and "NEES/3" in done.stdout
 
 
-def test_sensors_that_were_not_ok_are_told_with_the_cure(tmp_path):
+def test_sensors_that_were_not_ok_are_reported_with_the_cure(tmp_path):
     m = tilted_motion(12).recording
     path, out = tmp_path / "clipped.csv", tmp_path / "out.csv"
     field = m.field_b_tesla * 1e6

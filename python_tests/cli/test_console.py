@@ -1,4 +1,4 @@
-"""How the command line speaks: what it lists, in a terminal and in a pipe, quietly, and what a shell completes."""
+"""Output of the command line in a terminal, in a pipe and with --quiet; completion in a shell."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def terminal(monkeypatch):
 
 
 def completed(words: str) -> list[str]:
-    """What bash is offered for the last of the words."""
+    """Completions of bash for the last word."""
     code = "import sys\nfrom hnav.cli.app import main\nmain([])"
     asked = {"COMP_WORDS": words, "COMP_CWORD": str(words.count(" ")), "_HNAV_COMPLETE": "complete_bash"}
     done = subprocess.run([sys.executable, "-c", code], env=os.environ | asked, capture_output=True, text=True, check=False)
@@ -72,7 +72,7 @@ def test_every_command_explains_itself_and_can_be_quiet(name):
         assert f"hnav {name}" in done.stdout
 
 
-@pytest.mark.parametrize("arguments, told", [
+@pytest.mark.parametrize("arguments, message", [
     (["filtre"], "there is no command filtre: did you mean filter?"),
     (["xyzzy"], "there is no command xyzzy: there are filter, check"),
     (["filter", "--nosuch"], "no such option: --nosuch"),
@@ -80,10 +80,10 @@ def test_every_command_explains_itself_and_can_be_quiet(name):
     (["--nosuch"], "hnav --help"),
     (["montecarlo", "turntable", "--runs", "many"], "--runs"),
 ])  # fmt: skip
-def test_words_that_are_no_command_are_answered_in_one_line(arguments, told):
+def test_words_that_are_no_command_are_answered_in_one_line(arguments, message):
     done = hnav(*arguments)
     assert done.returncode == 2 and done.stdout == ""
-    assert told in done.stderr and done.stderr.count("\n") == 1, done.stderr
+    assert message in done.stderr and done.stderr.count("\n") == 1, done.stderr
 
 
 def test_what_is_mistyped_is_an_error_of_the_parser():

@@ -29,7 +29,7 @@ def frame(motion) -> pd.DataFrame:
 
 
 def filtered(path: Path, *options: str) -> str:
-    """What hnav filter says of an error; empty where there is none."""
+    """The error text of hnav filter; empty without an error."""
     return hnav("filter", path, *options, "--out", path.with_name("out.csv")).stderr
 
 

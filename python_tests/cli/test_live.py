@@ -72,7 +72,7 @@ class Session:
         return {name: int(n) for name, n in re.findall(r"([a-z][a-z ]*) (\d+)", self.said.splitlines()[-1])}
 
     def check_same_numbers(self, folder: Path, *options: object) -> int:
-        """What hnav filter makes of the recording, number by number as text; how many rows there were."""
+        """The table of hnav filter for the recording as text, and its number of rows."""
         table = folder / "again.csv"
         done = hnav("filter", self.record, "--out", table, "--force", *options)
         assert done.returncode == 0, done.stderr
@@ -199,7 +199,7 @@ def test_a_clock_that_restarts_and_a_source_that_stalls(tmp_path, lines):
         send([lines[0], *lines[1:601]])
         live.wait_for(lambda: "nothing came for 2 s" in live.said, "the stall")
         send(lines[1:201])
-        send([lines[150], lines[200]])  # late, and twice
+        send([lines[150], lines[200]])  # a late and a repeated line
         live.wait_for_rows(800)
         live.wait_for(lambda: "goes on after" in live.said, "the end of the stall")
         time.sleep(0.2)
@@ -221,7 +221,7 @@ def test_mavlink(tmp_path):
                 round(1e6 * t_s) + 1000, *force, *rate, *field, 0, 0, 0, 0, 0x3F | (0x1C0 if i % 4 == 0 else 0)
             )
             link.mav.heartbeat_send(2, 3, 0, 0, 0)
-            time.sleep(0.004)  # the buffer of a socket holds half a second of it
+            time.sleep(0.004)  # the buffer of a socket holds half a second of lines
         live.wait_for_rows(len(r.t_s))
         live.end()
         link.close()
@@ -285,7 +285,7 @@ def sentences(drive, i: int) -> list[str]:
 
 
 def navigated(live: Session, folder: Path, rows: int) -> pd.DataFrame:
-    """The estimates, which are those of the recording, and know where the car is."""
+    """The estimates, which equal those of the recording and are close to the true position."""
     assert live.check_same_numbers(folder, *INS) == rows
     found = pd.DataFrame([json.loads(line) for line in live.answers])
     assert found["tilt_ready"].iloc[-1] == 1 and found["sigma_north"].iloc[-1] < 5

@@ -63,7 +63,7 @@ def test_errors_are_as_stated_and_grow_with_the_outage(drive):
     assert len(short.horizontal_m) > len(long.horizontal_m) > 0
     assert np.median(short.horizontal_m) < np.median(long.horizontal_m) < 100
     assert (long.horizontal_m < 5 * long.sigma_m).all()
-    # What outages do to their copies of the filter leaves it alone.
+    # Outages run on copies of the filter and do not change it.
     assert navigation_score(recording, truth, Options("ins", "industrial")).figures == found.figures
 
 
@@ -75,15 +75,15 @@ def test_the_command_prints_errors_and_outages_and_writes_the_table(drive, tmp_p
     assert done.returncode == 0 and not done.stderr, done.stderr
     assert "position, horizontal" in done.stdout and "10 s" in done.stdout and "heading ready after" in done.stdout
     assert "of the truth taken for deg" in done.stdout
-    # The table of the same run against the same truth: compare says what the score says.
+    # compare and the score give equal figures for the same run and truth.
     data = with_aids(read(imu), read_aids(gnss))
     score = navigation_score(data, read_truth(truth), Options("ins", "industrial"))
     compared = compare(read_trajectory(truth), read_trajectory(out), begin_s=score.begin_s)
     rms = {figure.name: figure.rms for figure in compared.figures}
-    told = {figure.name: figure.rms for figure in score.figures}
-    assert rms["position"] == pytest.approx(np.hypot(told["position, horizontal"], told["position, vertical"]), rel=0.01)
-    assert rms["velocity"] == pytest.approx(np.hypot(told["velocity, horizontal"], told["velocity, vertical"]), rel=0.01)
-    assert rms["heading"] == pytest.approx(told["heading"], rel=0.01)
+    printed = {figure.name: figure.rms for figure in score.figures}
+    assert rms["position"] == pytest.approx(np.hypot(printed["position, horizontal"], printed["position, vertical"]), rel=0.01)
+    assert rms["velocity"] == pytest.approx(np.hypot(printed["velocity, horizontal"], printed["velocity, vertical"]), rel=0.01)
+    assert rms["heading"] == pytest.approx(printed["heading"], rel=0.01)
     alone = hnav("filter", imu, "--truth", truth, "--out", out)
     assert alone.returncode == 2 and "attitude filters do not read it" in alone.stderr
     lengths = hnav("filter", imu, *given, "--outages", "10", "--out", out)

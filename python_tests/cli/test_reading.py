@@ -1,4 +1,4 @@
-"""Recordings on the command line: options reach the reader, findings are told with options, and exit codes say what happened."""
+"""Recordings on the command line: options reach the reader, findings name options, and exit codes state the result."""
 
 from dataclasses import replace
 

@@ -64,7 +64,7 @@ def test_the_command_writes_a_sensor_file_that_is_one(tmp_path):
     write_sensor(out, {"mag": Correction(2 * np.eye(3), np.zeros(3))}, "mine")
     done = hnav("noise", path, "--gyro-unit", "rad/s", "--out", out, "--report", page)
     assert done.returncode == 0, done.stderr
-    assert "random walk" in done.stdout and "too short to tell" in done.stdout and page.stat().st_size > 1e6
+    assert "random walk" in done.stdout and "too short for the" in done.stdout and page.stat().st_size > 1e6
     told = json.loads(out.read_text())
     assert told["gyro"]["noise"]["value"] == pytest.approx(7e-3, rel=0.05) and told["gyro"]["noise"]["unit"] == "deg/s/sqrt(Hz)"
     assert told["gyro"]["period"] == {"value": 10.0, "unit": "ms"} and "random_walk" not in told["gyro"]

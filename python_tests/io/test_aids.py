@@ -198,7 +198,7 @@ def test_fixes_of_ros(tmp_path, motion, kind):
         read_aids(path, columns={"gnss": "/other"})
 
 
-def test_a_phone_tells_its_location(tmp_path, motion):
+def test_a_phone_export_holds_its_location(tmp_path, motion):
     path = recorded.sensor_logger(tmp_path, motion)
     header = "time,seconds_elapsed,bearingAccuracy,speedAccuracy,verticalAccuracy,horizontalAccuracy,speed,bearing,altitude,longitude,latitude\n"
     rows = [

@@ -1,4 +1,4 @@
-"""What devices and apps write is read as it was measured, or refused in a sentence that helps; nothing is read wrong in silence."""
+"""Files of devices and apps are read correctly, or refused with a remedy; none is read wrongly without an error."""
 
 import bz2
 import lzma
@@ -74,7 +74,7 @@ def test_messages_of_a_u_blox_receiver(tmp_path):
     path = tmp_path / "log.ubx"
 
     def fix(k: int, **said: object) -> bytes:
-        told = {
+        accuracies = {
             "fixType": 3,
             "lat": 45.5,
             "lon": 7.0 + 1e-5 * k,
@@ -85,7 +85,7 @@ def test_messages_of_a_u_blox_receiver(tmp_path):
             "velE": -500,
         }
         date = {"year": 2024, "month": 2, "day": 10, "hour": 12, "min": 0, "second": k // 4, "nano": 250_000_000 * (k % 4)}
-        return pyubx2.UBXMessage("NAV", "NAV-PVT", 0, **date, **told | {"velD": 100, "sAcc": 200} | said).serialize()
+        return pyubx2.UBXMessage("NAV", "NAV-PVT", 0, **date, **accuracies | {"velD": 100, "sAcc": 200} | said).serialize()
 
     path.write_bytes(b"".join([fix(0), fix(1), fix(2, fixType=0), b"$GNGGA,garbage\r\n", fix(3)]) + fix(4)[:50])
     aids = read_aids(path)

@@ -1,4 +1,4 @@
-"""Readers of files that others wrote, under damage of every kind: what comes back is whole, or the error says why.
+"""Readers of files that others wrote, under damage of every kind: the result is complete, or the error states the reason.
 
 HNAV_FUZZ_EXAMPLES=20000 tries harder than the default, --all a little.
 """
@@ -59,7 +59,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 def is_whole(recording: Recording) -> None:
-    """What everything behind a reader relies on."""
+    """Asserts the invariants of a recording."""
     n = len(recording.t_s)
     assert n > 0 and recording.t_s.shape == (n,)
     assert np.isfinite(recording.t_s).all() and (np.diff(recording.t_s) > 0).all()
@@ -116,7 +116,7 @@ NMEA = (
 
 
 def navigate_or_say_why(path: Path) -> None:
-    """What satellites said is whole, and a filter takes it, whatever it is."""
+    """Aiding samples are complete, and a filter accepts them."""
     try:
         aids = read_aids(path)
     except RecordingError as error:
@@ -215,7 +215,7 @@ def test_a_damaged_hdf5_file_is_read_whole_or_refused(folder, seed):
 
 PACKAGES = {"ulog": "pyulog", "ros 1": "rosbags", "mcap": "rosbags", "parquet": "pyarrow", "ardupilot": "pymavlink", "ardupilot text": "pymavlink"}  # fmt: skip
 SHAPES = {**recorded.SHAPES, **devices.SHAPES, **apart.SHAPES}
-"""What a damaged file of each shape is made of: files, and the one file of a folder."""
+"""Writers of the files that are then damaged, by shape; for a folder, of its one file."""
 
 
 @pytest.fixture(scope="module")

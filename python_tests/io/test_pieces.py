@@ -139,7 +139,7 @@ def test_findings_of_the_pieces_are_those_of_the_whole(frame, write):
     path = write(gap.assign(gx=57.3 * gap["gx"], gy=57.3 * gap["gy"], gz=57.3 * gap["gz"]))
     found = {(f.level, f.code, f.sensor) for f in long_table(path).findings if f.level != "note"}
     assert {("warning", "gaps", "gyro"), ("warning", "unit", "gyro")} <= found
-    # A sensor that is silent for a piece is not one that has no samples.
+    # A sensor without samples in one piece still has samples in the recording.
     silent = frame.assign(**{name: np.where(np.arange(len(frame)) < 130, np.nan, frame[name]) for name in NAMES[4:]})
     assert not {"no_samples", "absent"} & {f.code for f in long_table(write(silent)).findings}
     assert [f.code for f in long_table(write(frame.assign(ax=np.nan))).findings if f.level == "error"] == ["no_samples"]

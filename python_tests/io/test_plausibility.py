@@ -67,7 +67,7 @@ def test_the_axes_that_are_named_mend_what_was_wrong(held, wrong):
     assert not alarms(mended)
 
 
-def test_the_turning_of_a_field_tells_the_scale_of_the_rates_whatever_hard_iron_there_is():
+def test_the_turning_of_a_field_shows_the_scale_of_the_rates_whatever_hard_iron_there_is():
     r = tilted_motion(20, noise=0).recording
     for offset in (0, 3e-5):
         for factor in (0.5, 1.0, 57.3):
@@ -84,12 +84,12 @@ def test_gravity_stays_where_it_is_when_the_rates_are_undone():
     attitude = Rotation.from_quat(np.roll(r.reference_q_nb, -1, axis=1))
     pushed = r.force_b_m_s2 + attitude.apply(3 * np.sin(9 * r.t_s)[:, None] * [1, 1, 0], inverse=True)
     stay = stay_of(gyro, (r.t_s, pushed), 1.0)
-    assert stay.as_it_is == pytest.approx(1, abs=0.1) and not stay.off and stay.tells
+    assert stay.as_it_is == pytest.approx(1, abs=0.1) and not stay.off and stay.decides
     swapped = stay_of(gyro, (r.t_s, pushed[:, [1, 0, 2]]), 1.0)
     assert swapped.off and swapped.best.correlation == pytest.approx(stay.as_it_is)
     np.testing.assert_array_equal(np.abs(swapped.best.matrix), np.eye(3)[[1, 0, 2]])
     lying = stay_of((r.t_s, 0 * r.rate_b_rad_s), (r.t_s, np.tile([0, 0, 9.81], (len(r.t_s), 1))), 1.0)
-    assert lying.as_it_is == pytest.approx(1) and not lying.tells
+    assert lying.as_it_is == pytest.approx(1) and not lying.decides
     assert stay_of(*(((r.t_s[:100], v[:100])) for v in (r.rate_b_rad_s, r.force_b_m_s2)), 1.0) is None
 
 
@@ -215,7 +215,7 @@ def test_a_body_that_turns_full_circles_between_windows_is_not_taken_for_one_tha
         assert not alarms(replace(read(path), field_b_tesla=None, origin=None)), path
 
 
-def test_counts_of_a_chip_are_told_from_units(held):
+def test_counts_of_a_chip_are_distinguished_from_units(held):
     counts = replace(
         held, rate_b_rad_s=np.round(np.degrees(held.rate_b_rad_s) * 131), force_b_m_s2=np.round(held.force_b_m_s2 * 1670)
     )

@@ -212,7 +212,7 @@ def test_a_frame_makes_a_recording_and_a_recording_a_frame(motion):
         Recording.from_dataframe(pd.DataFrame({"price": [1.0]}))
 
 
-def test_samples_that_stand_twice_are_left_out_and_told(tmp_path, motion):
+def test_samples_that_stand_twice_are_left_out_and_reported(tmp_path, motion):
     rows = np.repeat(np.arange(len(motion.t_s)), np.where(np.arange(len(motion.t_s)) % 7, 1, 2))
     path = recorded.write_rows(
         tmp_path / "twice.csv", "t_s,gx,gy,gz,ax,ay,az", [c[rows] for c in (motion.t_s, *recorded.columns(motion)[:6])]
@@ -225,7 +225,7 @@ def test_samples_that_stand_twice_are_left_out_and_told(tmp_path, motion):
 @pytest.mark.parametrize("name, content, named", [
     ("data.mtb", b"\xfa\xff\x0d\x00", "export text from MT Manager"),
     ("suit.mvnx", b'<?xml version="1.0"?><mvnx version="4">', "record the trackers with MT Manager"),
-    ("picture.png", b"\x89PNG\r\n\x1a\n\0\0", "no format that hnav knows"),
+    ("picture.png", b"\x89PNG\r\n\x1a\n\0\0", "no supported format"),
     ("empty.csv", b"", "the file is empty"),
     ("prose.txt", b"Dear all,\nnothing here is a recording.\n", "no header"),
     ("broken.zip", b"PK\x03\x04 and no more", "the zip cannot be read"),

@@ -84,7 +84,7 @@ def test_records_of_something_else_are_refused_by_what_differs(tmp_path):
     assert other.read_text() == "Dear all,\n"
 
 
-def test_a_file_without_records_binds_nobody(tmp_path):
+def test_a_file_without_records_accepts_another_head(tmp_path):
     with RecordFile(tmp_path / "x", HEAD):
         killed = (tmp_path / "x").read_bytes()
     assert not (tmp_path / "x").exists()

@@ -131,7 +131,7 @@ def test_what_is_written_wrong_is_refused_or_stopped_or_at_least_warned_of(tmp_p
 
 
 def slow(seed: int) -> Recording:
-    """A body at rest, or one that turns at 0.2 to 6 deg/s; biases and noises of chips of telephones (deg/s: 0.1 to 2; 0.004 to 0.03 per
+    """A body at rest, or turning at 0.2 to 6 deg/s; biases and noises of chips of telephones (deg/s: 0.1 to 2; 0.004 to 0.03 per
     sqrt(Hz)); half of them with a magnetometer."""
     rng = np.random.default_rng(seed)
     t_s = np.arange(0, 40, 0.01)

@@ -9,7 +9,7 @@ import pytest
 import hnav
 from command_line import answered
 from command_line import hnav as command
-from hnav.cli.observe import doubtful_events
+from hnav.cli.observe import unmodelled_events
 from hnav.filters.observer import Observer
 from hnav.filters.observer_findings import findings, moment
 from hnav.filters.observer_plan import read_plan
@@ -195,6 +195,6 @@ def test_tables_that_are_none(tmp_path, text, said):
 
 
 def test_events_that_sigma_does_not_go_through_are_told():
-    assert doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=0))) == []
-    told = doubtful_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))
+    assert unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=0))) == []
+    told = unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))
     assert len(told) == 1 and told[0].startswith("7 events came beyond the fiftieth of an interval")

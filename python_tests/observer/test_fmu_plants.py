@@ -233,7 +233,7 @@ def test_an_fmu_that_crashes_when_it_is_freed(tmp_path, monkeypatch):
     assert not list((tmp_path / "temporary").iterdir())
     assert done.returncode == 2
     assert (
-        "crashes.fmu crashed (SIGABRT), and took its process with it: ask its maker; one that crashes when it is freed goes with"
+        "crashes.fmu crashed (SIGABRT), and took its process with it: ask its maker; if it crashes when it is freed, set"
         in done.stderr
     )
     plan = tmp_path / "plan.toml"

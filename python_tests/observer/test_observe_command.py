@@ -156,7 +156,7 @@ def test_why_instants_were_dropped_is_told(little_fmu, files, mode, said):
 
 def test_innovations_that_are_not_as_told_are_told(little_fmu, files):
     plan, data, out = files
-    for noise, said in (("0.002", "larger than told"), ("0.2", "smaller than told")):
+    for noise, said in (("0.002", "larger than stated"), ("0.2", "smaller than stated")):
         plan.write_text(TEXT.replace("0.02", noise))
         assert said in hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out).stdout
 

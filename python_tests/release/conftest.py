@@ -1,4 +1,4 @@
-"""What the tests of a release share: its programs as modules, a date, and dist/ where ./run release has made one."""
+"""Fixtures of the release tests: its programs as modules, a date, and dist/ where ./run release has made one."""
 
 import os
 import sys

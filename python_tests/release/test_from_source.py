@@ -1,4 +1,4 @@
-"""What pip is told to fetch before it builds hnav from source, and what a source archive holds."""
+"""Build requirements that pip fetches for hnav from source, and the content of a source archive."""
 
 import importlib.util
 import subprocess

@@ -129,7 +129,7 @@ def test_the_drive_of_every_fmu_moves_its_outputs_and_has_no_holes(version, tmp_
         assert len(plan.t_s) > 200 and plan.inputs.shape == (len(plan.t_s), sum(map(len, plan.input_references))), fmu
         assert outputs.shape == (len(plan.t_s) - 1, sum(map(len, plan.output_references))), fmu
         assert trajectories.np.isfinite(outputs).all(), fmu
-        # A sensor of one number tells its sigma and counts, which stand still.
+        # A sensor of one number states its sigma and counts, which are constant.
         assert (outputs.std(axis=0) > 0).sum() >= (8 if outputs.shape[1] > 8 else 3), fmu
 
 
@@ -160,7 +160,7 @@ def test_a_library_that_is_not_built_ends_with_its_name(tmp_path):
         release_wheel.make(PLATFORMS[1], tmp_path / PLATFORMS[1].library, tmp_path, {})
 
 
-def test_a_library_that_answers_wrongly_is_told(tmp_path):
+def test_a_library_that_answers_wrongly_is_reported(tmp_path):
     with zipfile.ZipFile(tmp_path / "hnav.whl", "w") as wheel:
         wheel.writestr("hnav/libhnav.so", "no library")
     with pytest.raises(SystemExit, match="hnav.whl: true says nothing"):

@@ -131,7 +131,7 @@ def test_the_pins_are_those_of_the_project():
 
 
 def configured(tmp_path: Path, *options: str, archive: bytes) -> str:
-    """What CMake says of a project that includes cmake/sundials.cmake, where apt brings this archive."""
+    """Output of CMake for a project that includes cmake/sundials.cmake, where apt brings this archive."""
     (tmp_path / "c_src" / "hybrid").mkdir(parents=True)
     (tmp_path / "c_src" / "hybrid" / "sundials_memory.h").write_text("")
     (tmp_path / "CMakeLists.txt").write_text(

@@ -1,4 +1,4 @@
-"""Lists of what others wrote in a release: valid CycloneDX, and the versions are those that the build used."""
+"""Lists of third-party components in a release: valid CycloneDX, and the versions are those that the build used."""
 
 import hashlib
 import json

@@ -17,7 +17,7 @@ from hnav.reports.page import section
 
 
 def run_of(health: np.ndarray) -> Run:
-    """One filter, sampled at 100 Hz, that says this of its sensors."""
+    """One filter, sampled at 100 Hz, with these sensor states."""
     n = len(health)
     columns = {f"ahrs.att.q[{i}]": np.full(n, float(i == 1)) for i in (1, 2, 3, 4)}
     columns |= {f"ahrs.att.sigma[{i}]": np.ones(n) for i in (1, 2, 3)} | {"ahrs.align.started": np.ones(n)}

@@ -165,7 +165,7 @@ def test_chromium_renders_every_panel_without_an_error_or_a_request(page, tmp_pa
     assert document.count('class="main-svg"') >= len(PLOTS)
 
 
-def test_chromium_would_tell_of_errors_and_requests(tmp_path):
+def test_chromium_reports_errors_and_requests(tmp_path):
     page = tmp_path / "bad.html"
     page.write_text('<img src="http://127.0.0.1:9/x.png"><script>nothing()</script>')
     _, console, initiators = browse(page, tmp_path)

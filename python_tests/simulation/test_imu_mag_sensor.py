@@ -56,7 +56,7 @@ def test_noise_is_that_of_the_datasheet_and_belongs_to_seed_and_sample():
     assert not np.array_equal(readings(ImuMagSensor(**NOISE, seed=2), times[:100], ["gyro"]), alone)
 
 
-def test_a_copy_goes_on_and_a_reset_begins_anew():
+def test_a_copy_continues_and_a_reset_restarts():
     times = 0.01 * np.arange(60)
     sensor = ImuMagSensor(ImuMagSensorOptions(**NOISE, seed=7, gyro_dropout=0.2), start_s=0.0)
     begin = readings(sensor, times[:30])

@@ -1,4 +1,4 @@
-"""Vehicles over the turning Earth: what they do fits together, and what their sensors read brings it about."""
+"""Vehicles over the turning Earth: their truth is consistent, and integrated sensor readings reproduce it."""
 
 import pickle
 
@@ -85,9 +85,9 @@ def test_a_mean_is_that_of_the_instants_within(kind):
     )
 
 
-def test_vibration_is_as_strong_as_told_and_turns_nothing_away():
-    told = {"kind": "rest", "sway": 0, "seed": 3, "vibration_m_s2": 0.2}
-    drive, still = Vehicle(**told).run(np.arange(8000) / 1000), Vehicle(kind="rest", sway=0, seed=3).run([0.0])
+def test_vibration_is_as_strong_as_given_and_turns_nothing_away():
+    settings = {"kind": "rest", "sway": 0, "seed": 3, "vibration_m_s2": 0.2}
+    drive, still = Vehicle(**settings).run(np.arange(8000) / 1000), Vehicle(kind="rest", sway=0, seed=3).run([0.0])
     np.testing.assert_allclose(drive.force_b_m_s2.std(axis=0)[[0, 2]], 0.2, rtol=0.05)
     # A metre from the axis of both turns the force would be as large.
     acceleration = np.gradient(drive.rate_b_rad_s[:, :2], 1e-3, axis=0)
@@ -97,10 +97,10 @@ def test_vibration_is_as_strong_as_told_and_turns_nothing_away():
 
 
 def test_integrating_sensors_read_the_rate_and_not_the_turn_of_a_coning():
-    """Roll and pitch that sway out of step turn a body further than the mean of its rate tells."""
-    told = {"kind": "ship", "sway": 20, "seed": 2}
+    """Roll and pitch that sway out of step turn a body further than the integral of its mean rate."""
+    settings = {"kind": "ship", "sway": 20, "seed": 2}
     t_s = np.linspace(30, 30.5, 5001)
-    fine, mean = Vehicle(**told).run(t_s), Vehicle(**told, mean_over_s=0.5).run(t_s[-1:])
+    fine, mean = Vehicle(**settings).run(t_s), Vehicle(**settings, mean_over_s=0.5).run(t_s[-1:])
     integral = (fine.rate_b_rad_s[0] / 2 + fine.rate_b_rad_s[1:-1].sum(axis=0) + fine.rate_b_rad_s[-1] / 2) / (len(t_s) - 1)
     body = attitude_e(fine)
     turn = (body[0].inv() * Rotation.from_rotvec(EARTH_E * 0.5) * body[-1]).as_rotvec() / 0.5
@@ -127,8 +127,8 @@ def test_headings_are_any_and_follow_from_the_seed():
     headings = np.array([Vehicle(seed=seed).run([0.0]).heading_rad[0] for seed in range(200)])
     for quadrant in range(4):
         assert 30 < np.sum(np.floor(headings / (np.pi / 2)) + 2 == quadrant) < 75
-    told = Vehicle(seed=3, heading_rad=1.0, heading_unknown_rad=0.1).run([0.0]).heading_rad[0]
-    assert abs(told - 1) <= 0.1 and told != 1
+    heading_rad = Vehicle(seed=3, heading_rad=1.0, heading_unknown_rad=0.1).run([0.0]).heading_rad[0]
+    assert abs(heading_rad - 1) <= 0.1 and heading_rad != 1
     np.testing.assert_array_equal(Vehicle(seed=3).run([7.0]).place, Vehicle(seed=3).run([7.0]).place)
     assert not np.array_equal(Vehicle(seed=3).run([7.0]).place, Vehicle(seed=4).run([7.0]).place)
 

@@ -1,4 +1,4 @@
-"""A way through points: it meets them, it is smooth, and what sensors read on it brings it about."""
+"""A way through points: it meets them, it is smooth, and integrated sensor readings reproduce it."""
 
 import pickle
 

@@ -34,7 +34,7 @@ bounded_pages = settings(bounded, max_examples=max(1, bounded.max_examples // 20
 
 
 def or_one_line(read, *arguments, names: str = ""):
-    """What the reader answers; None when it refuses, as it should."""
+    """The result of the reader; None when it refuses with an HnavError."""
     try:
         return read(*arguments)
     except HnavError as error:

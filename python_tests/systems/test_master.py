@@ -93,7 +93,7 @@ def test_a_closed_minute_of_three_fmus_at_100_hz_takes_less_than_3_s(needed, tmp
         connections,
         {"filter.sampling_mode": 1},
     )
-    # Of the processor, and the shortest of three: other work on the machine only adds.
+    # Processor time, the minimum of three: other load on the machine only increases it.
     seconds = []
     for _ in range(3):
         begin = time.thread_time()
@@ -169,7 +169,7 @@ def test_a_component_that_fails_is_named_and_the_samples_until_then_are_kept(tur
     assert read_run(tmp_path).about["failure"] == run.about["failure"]
 
 
-def test_a_parameter_that_the_fmu_refuses_is_told_with_its_component(turntable):
+def test_a_parameter_that_the_fmu_refuses_is_reported_with_its_component(turntable):
     with pytest.raises(HnavError, match="^component sensor: "):
         simulate(turntable, settings={"sensor.gyro.period_s": -1.0}, stop_s=1)
 

@@ -155,7 +155,7 @@ def test_grades_are_those_of_the_filter():
 # --------------------------------------------------------------------------------------------- what looks at runs
 
 
-def test_errors_by_a_pole_are_told_in_axes_that_both_share():
+def test_errors_near_a_pole_are_given_in_common_axes():
     """A place a metre away from the true one has another north: that is no error of the heading."""
     t_s = np.array([0.0])
     latitude = np.pi / 2 - 2 / 6.36e6

@@ -58,7 +58,7 @@ def test_the_estimate_is_the_truth_within_its_sigma(ssp, seen):
 
 
 def test_it_is_the_observer_of_the_plan_bit_for_bit(seen):
-    """What the plant's sensor said, once more through the library."""
+    """The samples of the plant's sensor, filtered again by the library."""
     observer = Observer(read_plan(FOLDER / "plan.toml", fmu_path("Pendulum", 2)))
     stamps, first = np.unique(seen["pendulum.measured.t_meas"], return_index=True)
     run = observer.run(stamps, {"angle": seen["pendulum.measured.value"][first]})

@@ -187,7 +187,7 @@ def test_the_ins_takes_noise_and_what_is_known_of_the_start(tmp_path):
     write_sensor(
         file, {"gyro": {"noise": noise, "bias_instability": deg_s}, "accel": {"noise": {"value": 200, "unit": "ug/sqrt(Hz)"}}}
     )
-    # How much a bias wanders is no bound of the bias itself.
+    # The instability of a bias does not bound the bias itself.
     assert read_grade(file).options("ins") == pytest.approx(
         {"gyro_noise_rad_per_sqrt_s": math.radians(9e-3), "accel_noise_m_s_per_sqrt_s": 200e-6 * 9.80665}
     )

@@ -154,7 +154,7 @@ def test_what_is_allowed_is_found_where_the_archive_lies(pair, tmp_path, source)
     (tmp_path / "elsewhere").mkdir()
     shutil.copy(fmu_path("Hrekf", 2), tmp_path / "elsewhere" / "Hrekf.fmu")
     archive = packed(pair, tmp_path / "x.ssp", source.format(folder=tmp_path, name=tmp_path.name))
-    if source == "Hrekf.fmu":  # inside, and not there
+    if source == "Hrekf.fmu":  # a path inside the archive without a file
         with pytest.raises(HnavError, match="component first: Hrekf.fmu is missing"):
             read_system(archive, allow_outside=True)
         return

@@ -109,7 +109,7 @@ def test_every_scenario_runs_and_the_filters_find_the_attitude(name):
     for f in FILTERS:
         error = error_deg(run, f)[600:]
         assert np.isfinite(error).all()
-        # A fitted start that believes in itself to 0.1 deg is slow by design; the others end within a few degrees.
+        # The fitted initial sigma of 0.1 deg is too small, so convergence is slow; the other scenarios end within a few degrees.
         limit = 40 if name.startswith("fitted") and f == "hekf" else 10
         assert np.sqrt((error**2).mean(axis=0)).max() < limit, f
 

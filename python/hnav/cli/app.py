@@ -19,7 +19,7 @@ from hnav.cli.words import UsageError, answer
 # The module of a command has its name, with _ for -, and defines `command`; this is its line of help.
 COMMANDS = {
     "filter": "Runs a filter over a recording and writes attitude, bias and sigmas.",
-    "check": "Says what a recording was taken for, and what is not plausible in it: units, axes, signs, gaps.",
+    "check": "Shows the format and units of a recording, and implausible units, axes, signs and gaps.",
     "compare": "Errors of attitudes and places against a reference, clocks and frames aligned; with --filter, of a filter on a folder of BROAD trials.",
     "options": "Prints the options of a filter with unit, default, range and meaning; with words, those that match.",
     "noise": "Noise of a sensor at rest: Allan deviation, densities with their confidence, a sensor file.",
@@ -28,7 +28,7 @@ COMMANDS = {
     "systems": "Lists the systems, and of one its components, scenarios and grades.",
     "report": "One self-contained HTML page about a recording, a simulation, or many of them.",
     "montecarlo": "Many runs of a system, and their table with 95 % confidence intervals.",
-    "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or says why it cannot.",
+    "certify": "Certifies the stability of a run: decay, region of attraction, noise floor, dwell; or states why it cannot.",
     "observe": "An estimator made of an FMU and a plan of its sensors. FMUs are native code: one runs with all your rights.",
     "live": "A filter over samples that arrive now: serial port, UDP, TCP, MAVLink, standard input; estimates, recording, page.",
     "demo": "Your own recording, or two of devices and a closed loop of FMUs: what the filter makes of it, and a page.",
@@ -36,8 +36,8 @@ COMMANDS = {
 
 
 EXIT_CODES = (
-    "Exit codes: 0 done; 1 hnav check found something that is not plausible; 2 what was asked cannot be done, and a line on "
-    "stderr says why; 130 interrupted."
+    "Exit codes: 0 done; 1 hnav check found something that is not plausible; 2 the request cannot be carried out, and a line on "
+    "stderr states why; 130 interrupted."
 )
 
 
@@ -53,7 +53,7 @@ def shared(
         bool, typer.Option("--quiet", "-q", callback=be_quiet, expose_value=False, help="Print errors and warnings only")
     ] = False,
 ) -> None:
-    """What every command takes."""
+    """Options of every command."""
 
 
 def be_quiet(wanted: bool) -> None:

@@ -1,4 +1,4 @@
-"""hnav calibrate: a magnetometer from a recording of it being turned; with --sensor all sensors, from one with rests in many attitudes."""
+"""hnav calibrate: a magnetometer from a recording while it is turned; with --sensor all sensors, from one with rests in many attitudes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from hnav.io.recordings import Recording
 from hnav.io.sensors import write_sensor
 from hnav.units import G_M_S2, TESLA_PER
 
-UNCALIBRATED = ("strength", "sign")  # what a magnetometer may give before its calibration
+UNCALIBRATED = ("strength", "sign")  # findings that an uncalibrated magnetometer may cause
 
 
 @with_reading
@@ -77,7 +77,7 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
     """The magnetometer alone. Raises HnavError or UsageError."""
     if data.field_b_tesla is None:
         raise UsageError(f"{recording}: has no magnetometer")
-    unit = data.mag_unit()  # the unit in the file is the one to answer in
+    unit = data.mag_unit()  # results are in the unit of the file
     field = data.field_b_tesla / TESLA_PER[unit]
     try:
         found = calibrate_magnetometer(field, data.force_b_m_s2, unit, allow_hard_iron_only=allow_hard_iron_only)

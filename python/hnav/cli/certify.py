@@ -20,7 +20,7 @@ from hnav.systems.simulation import ABOUT, SIGNALS
 
 
 def shown_in(bars: Progress) -> Callable[[str, int, int], None]:
-    """A bar for each stage, begun when the stage is first told of."""
+    """A progress bar for each stage, started at the first report of the stage."""
     tasks: dict[str, TaskID] = {}
 
     def note(what: str, done: int, of: int) -> None:

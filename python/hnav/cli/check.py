@@ -1,4 +1,4 @@
-"""hnav check: what a recording was taken for, and what is not plausible in it."""
+"""hnav check: format and units of a recording, and its implausible properties."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def command(
     reference: Annotated[
         Path,
         typer.Argument(
-            help="What is taken for true: a table, a recording with a reference, TUM, EuRoC, KITTI; with --filter a folder of BROAD trials"
+            help="Reference: a table, a recording with a reference, TUM, EuRoC, KITTI; with --filter a folder of BROAD trials"
         ),
     ],
     others: Annotated[
@@ -43,9 +43,9 @@ def command(
             autocompletion=among(*ALIGN),
         ),
     ] = "",
-    delta: Annotated[float, typer.Option(metavar="SECONDS", help="Relative errors are those of motions over so long")] = 1.0,
-    begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out so much of the begin of each file")] = 0.0,
-    report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page with all of them over each other")] = None,
+    delta: Annotated[float, typer.Option(metavar="SECONDS", help="Interval of the relative errors")] = 1.0,
+    begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out the first seconds of each file")] = 0.0,
+    report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page that overlays all files")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
     filter: Annotated[
         str | None,
@@ -90,8 +90,8 @@ def compare_files(
         ]
     show(figures_table(found))
     for one in found:
-        for name, told in one.found.items():
-            say(f"{one.aligned.name}: {name}: {told}")
+        for name, result in one.found.items():
+            say(f"{one.aligned.name}: {name}: {result}")
     if json_file:
         write_files({json_file: json.dumps(figures_of(found), indent=1) + "\n"})
     if report is not None:
@@ -102,7 +102,7 @@ def compare_files(
 
 
 def figures_of(found: list[Comparison]) -> dict[str, dict[str, object]]:
-    """By file and quantity; numbers that are not known are null."""
+    """Figures by file and quantity; unknown numbers are null."""
     return {
         one.aligned.name: {
             **{

@@ -1,4 +1,4 @@
-"""What all commands share when they talk to the user: lines, tables, the progress bar. --quiet silences all of it."""
+"""Output that all commands share: lines, tables, the progress bar. --quiet suppresses it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rich.status import Status
 from rich.table import Table
 
 console = Console()
-# A pipe has no width of its own: a table is as wide as its columns want, up to this.
+# Largest width of a table in characters in a pipe, which has no width of its own.
 WIDTH_OF_A_PIPE = 140
 
 
@@ -29,12 +29,12 @@ def show(table: Table, width: int = WIDTH_OF_A_PIPE) -> None:
 
 
 def bar() -> Progress:
-    """A progress bar on stderr that is gone when it ends; nothing where nobody looks."""
+    """A progress bar on stderr, removed at its end; none without a terminal."""
     errors = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     return Progress(*columns, console=errors, transient=True, disable=console.quiet or not errors.is_terminal)
 
 
 def working(on: str) -> Status:
-    """Says on stderr what takes so long, and is gone when it ends."""
+    """Shows the running task on stderr, removed at its end."""
     return Console(stderr=True, quiet=console.quiet).status(on)

@@ -1,8 +1,8 @@
-"""hnav demo: what the AHRS makes of your own recording, or of two recordings of devices and of sensors in closed loop.
+"""hnav demo: runs the AHRS on your recording, or on two recordings of devices and on simulated sensors in closed loop.
 
 The recordings hold the device's own attitude (see hnav.io.device_recordings), an estimate too. In the closed loop, FMUs of a
-turntable, sensors and three filters are stepped from their SSP system; the truth is known, and what is shown is the run in the
-middle of several. Nothing is tuned for any of it.
+turntable, sensors and three filters are stepped from their SSP system; the truth is known, and the page shows the median
+run. No filter is tuned for the demo.
 """
 
 from __future__ import annotations
@@ -67,14 +67,14 @@ def command(
 
 
 def has_screen() -> bool:
-    """Whether somebody looks who has a browser."""
+    """Whether output goes to a terminal on a machine with a screen."""
     return console.is_terminal and (
         sys.platform in ("darwin", "win32") or any(os.environ.get(s) for s in ("DISPLAY", "WAYLAND_DISPLAY"))
     )
 
 
 def show_own(file: Path, data: Recording, settings: dict[str, str], warnings: list[str], out: Path) -> Path:
-    """What the AHRS makes of the user's file: the figures, and its page."""
+    """Figures and page of the AHRS for the user's file."""
     page = out / f"{file.stem}.html"
     refuse_overwriting([page], [file])
     result = run_ahrs(data, settings)
@@ -143,7 +143,7 @@ def show_closed_loop(out: Path) -> Path:
         errors = {name: [rmse_deg(run, name) for run in runs] for name in recommended_first(runs[0])}
         said = (f"{name} {np.median(values):.2f} ({min(values):.2f} to {max(values):.2f})" for name, values in errors.items())
         say(f"  {text}: {', '.join(said)}")
-    say("  hekf and hrekf, the paper's, are told the noise of these sensors; ahrs has its defaults")
+    say("  hekf and hrekf, the paper's, have the noise of these sensors as options; ahrs has its defaults")
     middle = int(np.argsort(errors[RECOMMENDED])[len(SEEDS) // 2])
     run, folder = runs[middle], out / SYSTEM
     write_run(run, folder)

@@ -1,6 +1,6 @@
-"""hnav filter: a recording through a filter, into a table of attitude, bias, sigmas and what the filter says, and a page.
+"""hnav filter: a recording through a filter, into a table of attitude, bias, sigmas and status, and a page.
 
-What --filter ins does stands in hnav.cli.navigation.
+--filter ins is in hnav.cli.navigation.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ from hnav.reports.track_files import GPX, TUM, write_tum
 FORMS = (".csv", *PARQUET, TUM, GPX)
 """Of tables; without a suffix, as of a pipe, CSV."""
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
-"""Formats whose devices lie with their z axis up."""
+"""Formats of devices whose z axis points up at rest."""
 LEVEL = 0.7  # of the mean force along z
-WARNED_S = 1.0  # a sensor that was not ok for longer
+WARNED_S = 1.0  # a sensor that was not ok for longer gives a warning
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
@@ -167,13 +167,13 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
             write_page(report, result, data, lines_of(found))
         outcome = Outcome(len(result.t_s), result.us_per_sample, result.counts, findings(result.t_s, result.health))
         read = read_as(data)
-    tell(outcome, engine, out, report, note)
+    print_outcome(outcome, engine, out, report, note)
     warn(warnings)
     return read
 
 
 def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) -> tuple[dict[str, str], list[str]]:
-    """The settings with the navigation frame, and what to say of it where the user did not."""
+    """The settings with the navigation frame, and a note on a frame that the user did not choose."""
     if frame is not None or "navigation_frame" in settings:
         return {"navigation_frame": frame or "ned", **settings}, []
     if data.origin is not None and data.origin.format in Z_UP:
@@ -193,9 +193,9 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
         raise UsageError(f"--outages {wanted.outages}: errors are against a truth: add --truth FILE")
     read = navigation.navigate(recording, out, report, wanted) if out is not None or report is not None else ""
     if wanted.truth is not None:
-        from hnav.cli.outages import tell_errors  # scores take a while to load
+        from hnav.cli.outages import print_errors  # scores take a while to load
 
-        tell_errors(recording, wanted)
+        print_errors(recording, wanted)
     return read
 
 
@@ -210,7 +210,7 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run has to say, whether its rows were ever together or not."""
+    """The results of a run to print, for a run in pieces or as a whole."""
 
     rows: int
     us_per_sample: float
@@ -219,7 +219,7 @@ class Outcome:
 
 
 def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]) -> Outcome:
-    """A long table, never as a whole: memory does not grow with it. The file is the same. With a progress bar."""
+    """Filters a long table in pieces, with a progress bar: memory does not grow with it. The file equals that of a whole run."""
     run, tally = LibraryRun(options), Tally()
 
     def parts() -> Iterator[Run]:
@@ -235,7 +235,7 @@ def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]
     return Outcome(table.rows, run.us_per_sample, run.counts, tally.findings())
 
 
-def tell(outcome: Outcome, engine: str, out: Path | None, report: Path | None, note: list[str]) -> None:
+def print_outcome(outcome: Outcome, engine: str, out: Path | None, report: Path | None, note: list[str]) -> None:
     say(summary(outcome, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
     for line in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts), *note]:
         say(line)
@@ -244,7 +244,7 @@ def tell(outcome: Outcome, engine: str, out: Path | None, report: Path | None, n
 def filtered(
     data: Recording, filter: str, engine: str, settings: dict[str, str], preset: str, step: float | None, smooth: bool
 ) -> Result:
-    """The run, with a progress bar."""
+    """Runs the filter with a progress bar."""
     with bar() as progress:
         task = progress.add_task(data.name, total=len(data.t_s))
 
@@ -255,7 +255,7 @@ def filtered(
 
 
 def write_page(file: Path, result: Result, data: Recording, warnings: list[str]) -> list[str]:
-    """Returns the names of its panels."""
+    """Writes the page; returns the names of its panels."""
     # Plotly takes a while to load.
     from hnav.reports.recording_page import write_recording_report
     from hnav.reports.recording_run import recording_run
@@ -264,13 +264,13 @@ def write_page(file: Path, result: Result, data: Recording, warnings: list[str])
 
 
 def summary(outcome: Outcome, engine: str, written: str) -> str:
-    """What was done, in a line."""
+    """One line about rows, time and findings."""
     counts = ", ".join(f"{name} {n}" for name, n in outcome.counts.items() if n)
     return f"{outcome.rows} rows to {written}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}"
 
 
 def made_of(recording: Path, wanted: Wanted) -> list[str]:
-    """What a table's head says of its making, besides filter and options."""
+    """The sources in the head of a table, besides filter and options."""
     of_recording, *more = wanted.made_of(recording)
     return [of_recording, f"engine {wanted.engine}", *([navigation.SMOOTHED] if wanted.smooth else []), *more]
 
@@ -287,7 +287,7 @@ def warnings(found: list[Finding]) -> list[str]:
 
 
 def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:
-    """A line when the gamma that was asked was infeasible at most corrections: then the limit acts, not what was asked."""
+    """A warning when the requested gamma was infeasible at most corrections: then the limit acts instead of it."""
     raised, corrections = (counts.get(name, 0) for name in ("gamma_raised", "corrections"))
     if not raised > 0.5 * corrections > 0:
         return []
@@ -298,7 +298,7 @@ def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:
 
 
 def cure(finding: Finding) -> str:
-    """What to do about a sensor in this state."""
+    """The remedy for a sensor in this state."""
     return {
         "late": "give --set horizon_s=..., a little above the latest delay",
         "outlier": f"look at cable and supply; if the body moves so, give a larger --set {OUTLIERS.get(finding.sensor, '')}=...",

@@ -1,4 +1,4 @@
-"""hnav live: samples that arrive now through a filter; estimates as JSON lines, a recording, a page."""
+"""hnav live: runs a filter over samples as they arrive; writes estimates as JSON lines, a recording, a page."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ from hnav.reports.live_page import INTERVAL_S, LOCAL, PORT, LivePage
 
 WAIT_S = 0.1
 STALL_S = 2.0
-"""Without a line for so long a source has stalled."""
+"""Seconds without a line after which a source has stalled."""
 GAP_S = 0.1
-"""Between the times of two rows: a longer one is counted."""
+"""Interval in s between two rows above which a gap is counted."""
 CHECK_S = 5.0
-"""So much is looked at for units, axes and signs that are not plausible."""
+"""Seconds of samples that are checked for implausible units, axes and signs."""
 RATE_S = 1.0
-"""Rates are those of so long."""
+"""Averaging time of the displayed sample rates in s."""
 LAST_NOTES = 6
 NOTHING = "warning: no line had samples of a gyroscope and an accelerometer"
 
@@ -123,7 +123,7 @@ def of_frame(filter: str, frame: str | None) -> dict[str, str]:
 
 
 class Live:
-    """What a session holds: lines become rows, rows a recording, estimates and the state of a page."""
+    """One session: lines become rows; rows become a recording, estimates and the state of a page."""
 
     def __init__(self, lines: LiveLines, estimator: LiveFilter, corrected: Corrected | None, reading: Reading):
         self.lines, self._filter, self._corrected, self._reading = lines, estimator, corrected, reading
@@ -140,7 +140,7 @@ class Live:
         self._arrivals: list[tuple[float, dict[str, int]]] = []
 
     def note(self, text: str, warning: bool = False) -> None:
-        """To stderr, where lines are no part of the answer, and to the page."""
+        """Writes a note to stderr and to the page."""
         self._notes = [*self._notes[-LAST_NOTES + 1 :], text]
         if warning or not console.quiet:
             print(f"warning: {text}" if warning else text, file=sys.stderr, flush=True)
@@ -187,7 +187,7 @@ class Live:
             self._checking.join()
 
     def counted(self, source: LiveSource) -> dict[str, int]:
-        """All that has arrived, and all that was lost or changed."""
+        """Counts of rows and samples that arrived, were lost or were changed."""
         shown = {
             "lines": 0,
             "rows": 0,
@@ -198,7 +198,7 @@ class Live:
         return {name: n for name, n in shown.items() if n or name in ("lines", "rows")}
 
     def _check(self, rows: Array) -> None:
-        """Says what is not plausible in the first CHECK_S, once."""
+        """Reports implausible samples of the first CHECK_S, once."""
         if self._begin is None:
             return
         self._begin.append(rows)
@@ -208,14 +208,14 @@ class Live:
             self._begin = None
 
     def _say_findings(self, rows: Array) -> None:
-        """Beside the filter: a check takes longer than samples may wait."""
+        """Checks in a thread of its own: a check takes longer than samples may wait."""
         found = self._filter.findings(self._reading.check(self._filter.recording(rows)))
         warn(lines_of([finding for finding in found if finding.level != "note"]))
 
 
 @contextmanager
 def ended_by_signals() -> Iterator[threading.Event]:
-    """Set by Ctrl-C and SIGTERM: what has arrived goes through the filter before the end. A second one interrupts."""
+    """Set by Ctrl-C and SIGTERM: samples that have arrived are filtered before the end. A second signal interrupts."""
     ended = threading.Event()
     if threading.current_thread() is not threading.main_thread():  # signals are for the main thread alone
         yield ended
@@ -254,7 +254,7 @@ def run(live: Live, source: LiveSource, until_s: float, ended: threading.Event) 
 
 
 class Watch:
-    """Says when a source is lost, opened again, stalls and goes on."""
+    """Reports when a source is lost, reopened, stalls and resumes."""
 
     def __init__(self, live: Live, source: LiveSource):
         self._live, self._source = live, source
@@ -263,7 +263,7 @@ class Watch:
         self._stalled, self._failure, self._connections, self._dropped = False, "", 0, 0
 
     def see(self, chunks: Sequence[Chunk]) -> None:
-        """What came, perhaps nothing."""
+        """Handles the chunks that arrived, possibly none."""
         source, note = self._source, self._live.note
         if source.failure != self._failure:
             self._failure = source.failure

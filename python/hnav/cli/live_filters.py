@@ -43,7 +43,7 @@ class LiveFilter(Protocol):
         """Of the newest row, for the page."""
 
     def samples(self, recording: Recording) -> dict[str, int]:
-        """How many there are of each sensor whose health is shown."""
+        """Sample counts of each sensor whose health is shown."""
 
     def findings(self, found: list[Finding]) -> list[Finding]:
         """Those that matter to the filter."""
@@ -69,7 +69,7 @@ def newest_of(table: Table) -> tuple[dict[str, float], bool]:
 
 
 def shown_of(last: Mapping[str, float], known: bool) -> dict[str, Any]:
-    """What the pages of all filters show of the newest row."""
+    """The values of the newest row that the pages of all filters show."""
     return {"t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None}
 
 

@@ -1,4 +1,4 @@
-"""hnav filter of many recordings: a table for each, a row about each, an index page; goes on from where it was killed."""
+"""hnav filter of many recordings: a table and a row of results for each, and an index page; an interrupted call can be continued."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def filter_many(recordings: Sequence[Path], folder: Path, wanted: Wanted, worker
     work = [Job(path, folder / name) for path, name in zip(recordings, table_names(recordings))]
     refuse_overwriting([job.table for job in work], recordings)
     seen = hashlib.sha256(repr([(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in recordings if p.exists()]).encode())
-    told = {"kind": "recordings of hnav filter", "hnav": __version__, "asked": repr(wanted), "recordings": seen.hexdigest()}
-    with RecordFile(folder / UNFINISHED, told) as kept:
+    head = {"kind": "recordings of hnav filter", "hnav": __version__, "asked": repr(wanted), "recordings": seen.hexdigest()}
+    with RecordFile(folder / UNFINISHED, head) as kept:
         rows = _rows(work, wanted, workers, scheduler, kept)
         write_index(folder, [rows[i] for i in range(len(work))])
         kept.remove()
@@ -89,7 +89,7 @@ def table_names(recordings: Sequence[Path]) -> list[str]:
 
 
 def row_of(job: Job, wanted: Wanted) -> Row:
-    """What hnav filter says of one recording. Raises OutputError when the disk is full."""
+    """The results of hnav filter for one recording. Raises OutputError when the disk is full."""
     answer, warnings, read, failure = io.StringIO(), io.StringIO(), "", ""
     with contextlib.redirect_stdout(answer), contextlib.redirect_stderr(warnings):
         try:
@@ -112,9 +112,11 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
 
     def cells(row: Row) -> str:
         link = f'<a href="{escape(row["table"], quote=True)}">{escape(row["table"])}</a>'
-        told = f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
+        warning = (
+            f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
+        )
         recording, read, answer = (escape(row[name]) for name in ("recording", "read as", "answer"))
-        return f"<tr><td>{recording}</td><td>{read}</td><td>{link}</td><td>{answer}{told}</td></tr>"
+        return f"<tr><td>{recording}</td><td>{read}</td><td>{link}</td><td>{answer}{warning}</td></tr>"
 
     heads = "".join(f"<th>{head}</th>" for head in ("recording", "read as", "table", "answer"))
     rows_of_page = f"<tr>{heads}</tr>{''.join(map(cells, rows))}"

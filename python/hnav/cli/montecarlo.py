@@ -56,7 +56,7 @@ def command(
         raise UsageError(f"--out {out}: is no file; finished runs are kept beside it until all are there")
     refuse_overwriting([out, unfinished], system_files(system))
     need_parquet()
-    # What is wrong with all runs is said at once, not once for each.
+    # An error of all runs is reported at once, not once for each run.
     for scenario in named:
         with read_system(system_path(system), allow_outside) as read:
             read.choose(graded, scenario)
@@ -72,9 +72,9 @@ def command(
     failed = table[table["failure"] != ""]
     if len(failed) < len(table):
         finished = table[table["failure"] == ""]
-        for tell, column in ((means_table, "mse_deg2"), (navigation_table, "position_end_m")):
+        for make_table, column in ((means_table, "mse_deg2"), (navigation_table, "position_end_m")):
             if column in finished:
-                show(tell(finished[finished[column].notna()]), width=200)
+                show(make_table(finished[finished[column].notna()]), width=200)
     for row in failed.itertuples():
         say(f"failed: {row.scenario}, seed {row.seed}: {row.failure}")
     say(f"{len(work) - len(failed)} of {len(work)} runs to {out}")
@@ -91,8 +91,8 @@ def run_and_keep(work: Sequence[Job], kept: RecordFile, workers: int, scheduler:
         try:
             return run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done), kept)
         except KeyboardInterrupt:
-            told = f"interrupted; {len(kept.records)} of {len(work)} runs are in {kept.path}"
-            raise Interrupted(f"{told}, and the same command goes on from there") from None
+            outcome = f"interrupted; {len(kept.records)} of {len(work)} runs are in {kept.path}"
+            raise Interrupted(f"{outcome}, and the same command goes on from there") from None
 
 
 def means_table(runs: pd.DataFrame) -> Table:

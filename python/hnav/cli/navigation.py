@@ -1,4 +1,4 @@
-"""What the commands do with --filter ins: a recording with satellites through the navigation filter, into a table and a page."""
+"""The commands with --filter ins: run the navigation filter over a recording with satellites; write a table and a page."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def options_of(preset: str, settings: Mapping[str, str]) -> Options:
 
 @dataclass
 class Outcome:
-    """What a run has to say, whether its rows were ever together or not."""
+    """The results of a run to print, for a run in pieces or as a whole."""
 
     rows: int = 0
     begin_s: float = np.nan
@@ -127,7 +127,7 @@ def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) ->
 
 
 def made_by(recording: Path, wanted: Wanted) -> list[str]:
-    """What the head of a table says of how it was made."""
+    """The sources in the head of a table."""
     of_recording, *more = wanted.made_of(recording)
     return [of_recording, *([f"satellites {wanted.gnss}"] if wanted.gnss else []), *([SMOOTHED] if wanted.smooth else []), *more]
 
@@ -146,7 +146,7 @@ def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Option
 
 
 def refuse_unaided(path: Path, data: Recording, options: Options) -> None:
-    """Raises UsageError for a recording that tells no place, unless the options do."""
+    """Raises UsageError for a recording without a position, unless the options give one."""
     if "position" in data.aids or options.start_place == "given":
         return
     notes = [note for note in (data.origin.notes if data.origin else ()) if "left out" in note]
@@ -157,7 +157,7 @@ def refuse_unaided(path: Path, data: Recording, options: Options) -> None:
 
 
 def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSamples]) -> NavigationRun | None:
-    """A run for a long table; None for one that has to be looked at as a whole."""
+    """A run for a long table; None for a table that must be read as a whole."""
     first = next(iter(table))
     if paired(first) is not first or not {*first.aids, *given} & {"position"}:
         return None
@@ -166,7 +166,7 @@ def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSam
 
 
 def runs(table: LongTable | InMemory, run: NavigationRun, outcome: Outcome) -> Iterator[InsRun]:
-    """Piece after piece, with a progress bar."""
+    """Runs piece after piece, with a progress bar."""
     with bar() as progress:
         task = progress.add_task(table.name, total=table.rows)
         for piece in table:
@@ -177,7 +177,7 @@ def runs(table: LongTable | InMemory, run: NavigationRun, outcome: Outcome) -> I
 
 
 def smoothed(data: Recording, run: NavigationRun, outcome: Outcome) -> InsRun:
-    """All rows at once; the run has the aids already."""
+    """Runs all rows at once; the run has the aids already."""
     with working(f"{data.name}: forward and back"):
         made = run.go_on(inertial_rows(data), smooth=True)
     outcome.add(made)
@@ -206,12 +206,12 @@ def whole(parts: list[InsRun]) -> InsRun:
 
 
 def of_navigation(found: list[Finding]) -> list[Finding]:
-    """Without what concerns the calibration of a magnetometer, which navigation brings about itself."""
+    """Findings without those about the calibration of the magnetometer, which the INS estimates itself."""
     return [finding for finding in found if finding.sensor != OF_THE_FIELD]
 
 
 def summary(outcome: Outcome, run: NavigationRun, written: str) -> str:
-    """What was done, in a line."""
+    """One line about rows, time, readiness and findings."""
     counts = ", ".join(f"{name} {n}" for name, n in run.counts.items() if n)
     ready = (
         []
@@ -222,7 +222,7 @@ def summary(outcome: Outcome, run: NavigationRun, written: str) -> str:
 
 
 def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
-    """What went wrong, a line each, with the cure."""
+    """Warnings, one line each, with the remedy."""
     seen, lines = run.ins.diagnostics(), []
     if outcome.ready_s is None or not np.isfinite(outcome.ready_s).any():
         phase = run.ins.navigation().phase

@@ -1,4 +1,4 @@
-"""hnav noise: what recordings at rest tell of the noise of a sensor, as figures of a datasheet."""
+"""hnav noise: the noise of a sensor from recordings at rest, as figures of a datasheet."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ def figures_table(found: dict[str, SensorNoise], title: str) -> Table:
 
 
 def untold(found: dict[str, SensorNoise]) -> list[str]:
-    """What the length does not tell."""
+    """Notes on figures for which the recordings are too short."""
     lines = []
     for sensor, noise in found.items():
         missing = [entry.replace("_", " ") for term, (entry, _, _) in ENTRIES[sensor].items() if np.isnan(noise.terms[term].mean)]
         still = f"{sensor}: {noise.length_s:.4g} s at rest at {noise.rate_hz:.4g} Hz, tau to {noise.tau_s[-1]:.3g} s"
         lines.append(
-            still + (f": too short to tell {' and '.join(missing)} of each axis, of which < is an upper limit" if missing else "")
+            still + (f": too short for the {' and '.join(missing)} of each axis, of which < is an upper limit" if missing else "")
         )
     return lines

@@ -1,4 +1,4 @@
-"""hnav observe: an estimator made of an FMU: what it offers, a plan to start with, and estimates from a table of samples."""
+"""hnav observe: an estimator made of an FMU: its variables, a first plan, and estimates from a table of samples."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from hnav.native.arrays import Array
 SHOWN = 12  # variables of a kind
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = 2.0
-CORRELATED = 0.2  # of an innovation and one of the next five, that noise alone does not explain
+CORRELATED = 0.2  # correlation of an innovation with one of the next five; noise alone stays below
 INCOMPLETE = 1  # exit code: the plant had no answer somewhere
-WHERE_IT_CRASHES = "ask its maker; one that crashes when it is freed goes with never_freed = true under [plant]"
+WHERE_IT_CRASHES = "ask its maker; if it crashes when it is freed, set never_freed = true under [plant]"
 
 WithCovariance = Annotated[
     bool | None,
@@ -63,7 +63,7 @@ def command(
     report: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="Page to write: estimates, innovations, derivatives")
     ] = None,
-    prove: Annotated[bool, typer.Option("--prove", help="Say of each block of derivatives whether it is right")] = False,
+    prove: Annotated[bool, typer.Option("--prove", help="Check each block of derivatives against differences")] = False,
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")
     ] = False,
@@ -71,7 +71,7 @@ def command(
         bool, typer.Option("--smooth", help="Estimates with hindsight: every row from all samples, before and after it")
     ] = False,
     check: Annotated[
-        bool, typer.Option("--check", help="Say what the samples of --data can tell at all of each state and parameter")
+        bool, typer.Option("--check", help="Print how well the samples of --data determine each state and parameter")
     ] = False,
     export: Annotated[
         Path | None, typer.Option(metavar="FILE.fmu", help="FMU to write that estimates by this plan, with the plant inside")
@@ -91,7 +91,7 @@ def command(
     for sentence in observer.lies():
         say(sentence)
     if prove:
-        tell_proof(observer)
+        print_proof(observer)
     if export is not None:
         write_fmu(observer, export, fmi, period_s, covariance)
     elif data is None and not prove:
@@ -114,9 +114,9 @@ def use_samples(
 ) -> None:
     """All that is made of samples. Exits with INCOMPLETE where the plant had no answer."""
     if check:
-        tell_observability(observer, data)
+        print_observability(observer, data)
     if tune:
-        tell_noises(observer, data)
+        print_noises(observer, data)
     if out is not None or report is not None:
         run = observe(observer, data, smooth, out, report)
         if run.dropped or run.held:
@@ -143,7 +143,7 @@ def watch(fmu: Path) -> None:
 
 
 def write_fmu(observer: Observer, path: Path, version: int, period_s: float, covariance: bool | None) -> None:
-    """The observer as an FMU, and where it does not run."""
+    """Writes the observer as an FMU; prints the platforms that it does not support."""
     lost = observer.export(path, version, period_s=period_s, covariance=covariance)
     say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
     plan, first = observer.plan, observer.names[0]
@@ -193,7 +193,7 @@ def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, repo
         say(f"not in the plan, and not used: {', '.join(unused)}")
     if missing:
         say(f"in the plan, but not in {data.name}: {', '.join(missing)}")
-    info = doubtful_events(observer)
+    info = unmodelled_events(observer)
     advice = offset_sentences(run, plan, lambda changed: Observer(changed, observer.options).run(t_s, sensors, inputs))
     for line in [*summary(run), *advice, *info]:
         say(line)
@@ -206,7 +206,7 @@ def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, repo
 
 
 def summary(run: ObserverRun) -> list[str]:
-    """What the run says of itself, a line for each sensor and each estimate."""
+    """Results of the run, a line for each sensor and each estimate."""
     lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
     lines += innovations(run)
     if run.has_events:
@@ -218,7 +218,7 @@ def summary(run: ObserverRun) -> list[str]:
 
 
 def innovations(run: ObserverRun) -> list[str]:
-    """A line for each sensor: whether they are as large as told."""
+    """A line for each sensor that compares its innovations with their stated sigma."""
     lines = []
     for name, nis in run.nis.items():
         used = nis[np.isfinite(nis)]
@@ -226,17 +226,17 @@ def innovations(run: ObserverRun) -> list[str]:
             lines.append(f"{name}: no sample was used")
             continue
         mean = float(used.mean())
-        verdict = "as large as told"
+        verdict = "as large as stated"
         if mean > GOOD_NIS[1]:
-            verdict = "larger than told: more noise of the states, or of the sensor, or another model"
+            verdict = "larger than stated: more noise of the states, or of the sensor, or another model"
         elif mean < GOOD_NIS[0]:
-            verdict = "smaller than told: less noise of the states or of the sensor"
+            verdict = "smaller than stated: less noise of the states or of the sensor"
         lines.append(f"{name}: {len(used)} samples, mean NIS {mean:.2f}: innovations are {verdict}")
     return lines
 
 
-def doubtful_events(observer: Observer) -> list[str]:
-    """Sentences about events that the covariance does not go through."""
+def unmodelled_events(observer: Observer) -> list[str]:
+    """Notes on events through which the covariance is not propagated."""
     info, lines = observer.info(), []
     if info.chattering:
         lines.append(
@@ -246,7 +246,7 @@ def doubtful_events(observer: Observer) -> list[str]:
 
 
 def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], ObserverRun]) -> list[str]:
-    """A line for each sensor that reads too much or too little; follow: a run of a changed plan."""
+    """A line for each sensor with an offset; follow: a run of a changed plan."""
     lines = []
     for name, offset in offsets(run, plan, follow).items():
         more = plan.sensors[name].own_offset - offset
@@ -257,8 +257,8 @@ def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], Obse
     return lines
 
 
-def tell_observability(observer: Observer, data: Path) -> None:
-    """What the samples can tell of each estimate."""
+def print_observability(observer: Observer, data: Path) -> None:
+    """Prints how well the samples determine each estimate."""
     from hnav.filters.observer_observability import observability
 
     t_s, sensors, inputs, _ = samples_of(observer.plan, data)
@@ -266,13 +266,13 @@ def tell_observability(observer: Observer, data: Path) -> None:
         say(line)
 
 
-def tell_noises(observer: Observer, data: Path) -> None:
-    """The most likely noises, as lines for the plan, and what is to be known of them."""
+def print_noises(observer: Observer, data: Path) -> None:
+    """Prints the most likely noises, as lines for the plan, with notes on them."""
     from hnav.filters.observer_tuning import AHEAD, tune
 
     t_s, sensors, inputs, _ = samples_of(observer.plan, data)
     with bar() as progress:
-        # How many trials it takes is not known before.
+        # The number of trials is not known in advance.
         task = progress.add_task("trials", total=None)
         tuned = tune(observer.plan, t_s, sensors, inputs, observer.options, lambda _: progress.update(task, advance=1))
     before, after = tuned.log_likelihood
@@ -282,9 +282,9 @@ def tell_noises(observer: Observer, data: Path) -> None:
         offset = f"\noffset = {sensor.own_offset:.4g}" if name in tuned.offsets else ""
         say(f'[sensor."{name}"]\nnoise = {sensor.noise:.4g}{offset}')
     for table, known in (("state", plan.states), ("unknown_input", plan.unknown_inputs), ("parameter", plan.parameters)):
-        for name, told in known.items():
-            if told.noise > 0:
-                say(f'[{table}."{name}"]\nnoise = {told.noise:.4g}')
+        for name, noisy in known.items():
+            if noisy.noise > 0:
+                say(f'[{table}."{name}"]\nnoise = {noisy.noise:.4g}')
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
@@ -305,12 +305,12 @@ def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
 
 
 def describe_plant(file: Path, prove: bool) -> None:
-    """Without a plan: what there is, and one to start with."""
+    """Prints the variables of a plant and a first plan."""
     plant = plant_of_file(file)
     if isinstance(plant, Plant):
-        tell_functions(plant, file.name)
+        print_functions(plant, file.name)
     else:
-        tell(read_model_description(plant), prove)
+        print_model(read_model_description(plant), prove)
 
 
 def remark(line: str) -> None:
@@ -318,8 +318,8 @@ def remark(line: str) -> None:
     say(f"# {line}")
 
 
-def tell_functions(plant: Plant, name: str) -> None:
-    """Of a plant in Python: what there is, and a plan to start with."""
+def print_functions(plant: Plant, name: str) -> None:
+    """Prints the functions of a plant in Python and a first plan."""
     plan = Plan(plant)
     for sensor in plant.sensors:
         plan.sensor(sensor, noise=0.01)
@@ -330,28 +330,28 @@ def tell_functions(plant: Plant, name: str) -> None:
     remark(f"{name}: functions in Python, {len(plant.states)} state{'s' * (len(plant.states) > 1)}")
     for kind, names in (("parameters that may be estimated", plant.parameters), ("inputs", plant.inputs)):
         remark(f"{kind}: {', '.join(names) or 'none'}")
-    tell_plan(plan, name)
+    print_plan(plan, name)
 
 
-def tell(fmu: ModelDescription, prove: bool) -> None:
-    """What there is, what its derivatives are worth, and a plan to start with."""
-    tell_variables(fmu)
+def print_model(fmu: ModelDescription, prove: bool) -> None:
+    """Prints the variables of an FMU, the check of its derivatives, and a first plan."""
+    print_variables(fmu)
     plan = first_plan(fmu)
     observer = Observer(plan)
     for sentence in observer.lies():
         remark(sentence)
     if prove:
-        tell_proof(observer, remark)
-    tell_plan(plan, fmu.path.name)
+        print_proof(observer, remark)
+    print_plan(plan, fmu.path.name)
 
 
-def tell_plan(plan: Plan, fmu: str) -> None:
+def print_plan(plan: Plan, fmu: str) -> None:
     remark("A plan to start with; put what you know of your sensors, of the start and of what disturbs the states:")
     for line in ("", *text_of(plan, fmu)):
         say(line)
 
 
-def tell_variables(fmu: ModelDescription) -> None:
+def print_variables(fmu: ModelDescription) -> None:
     """States, candidates for sensors, inputs and parameters."""
     real = [v for v in fmu.variables.values() if v.is_real]
     parameters = [v for v in real if v.causality == "parameter"]
@@ -365,18 +365,18 @@ def tell_variables(fmu: ModelDescription) -> None:
         remark(f"fixed, to be estimated only when exported as tunable: {listed(fixed)}")
 
 
-def tell_proof(observer: Observer, write: Callable[[str], None] = say) -> None:
+def print_proof(observer: Observer, write: Callable[[str], None] = say) -> None:
     """A line for each block of derivatives that the plant offers."""
     found = observer.proof()
     if not found:
         write("it offers no derivatives: differences are used")
     for name, block in found.items():
         verdict = "right" if block.exact else "wrong, differences are used"
-        write(f"{name.replace('_', ' ')}: {verdict} (worst: told {block.told:.9g}, differences {block.measured:.9g})")
+        write(f"{name.replace('_', ' ')}: {verdict} (worst: stated {block.told:.9g}, differences {block.measured:.9g})")
 
 
 def candidates(fmu: ModelDescription) -> list[Variable]:
-    """Outputs, then states that are none."""
+    """Outputs, then states that are not outputs."""
     outputs = [v for v in fmu.variables.values() if v.is_real and v.causality == "output"]
     return outputs + [state for state, _ in fmu.states if state not in outputs]
 

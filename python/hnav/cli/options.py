@@ -14,7 +14,7 @@ from hnav.cli.words import UsageError
 from hnav.filters.options import PRESETS, option_table
 from hnav.native.options import OptionInfo
 
-FEW = 5  # of which everything is told
+FEW = 5  # options up to this number are printed in full
 
 
 def command(
@@ -34,7 +34,7 @@ def command(
         return
     if not found:
         raise UsageError(f"no option of {filter} has {' and '.join(words)} in its name or text; hnav options lists them all")
-    (tell_all if console.is_terminal else table)(filter, found)
+    (print_all if console.is_terminal else table)(filter, found)
 
 
 def table(_: str, found: list[OptionInfo]) -> None:
@@ -45,14 +45,14 @@ def table(_: str, found: list[OptionInfo]) -> None:
         say(f"{first}  {info.description}")
 
 
-def tell_all(filter: str, found: list[OptionInfo]) -> None:
+def print_all(filter: str, found: list[OptionInfo]) -> None:
     """For people: under two heads, as wide as the terminal."""
     for advanced, head in ((False, "to look at first"), (True, "advanced")):
         of_kind = [info for info in found if info.advanced == advanced]
         if of_kind:
             console.print(f"[bold]{filter}: {head}[/bold]", highlight=False)
         for info in of_kind:
-            tell(info, whole=len(found) <= FEW)
+            print_option(info, whole=len(found) <= FEW)
 
 
 def matches(info: OptionInfo, words: list[str]) -> bool:
@@ -69,7 +69,7 @@ def cells(info: OptionInfo) -> tuple[str, str, str]:
     return info.attribute, f"{default} {info.unit}".rstrip(), allowed
 
 
-def tell(info: OptionInfo, whole: bool) -> None:
+def print_option(info: OptionInfo, whole: bool) -> None:
     """An option on two lines or three, its name never cut; whole: also why the default is what it is."""
     name, default, allowed = cells(info)
     head = f"{name} = {default}"

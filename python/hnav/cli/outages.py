@@ -17,9 +17,9 @@ from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
 
-def tell_errors(recording: Path, wanted: Wanted) -> None:
+def print_errors(recording: Path, wanted: Wanted) -> None:
     """Prints both tables, by wanted.truth. Raises HnavError or UsageError."""
-    assert wanted.truth is not None, "who calls this was given one"
+    assert wanted.truth is not None, "the caller checks this"
     lengths, reading = lengths_of(wanted.outages), wanted.reading
     options, true = options_of(wanted.preset, wanted.settings), read_truth(wanted.truth)
     data = read_navigation(recording, aids_given(wanted.gnss, reading), options, reading)
@@ -37,7 +37,7 @@ def tell_errors(recording: Path, wanted: Wanted) -> None:
 
 
 def lengths_of(text: str | None) -> list[float]:
-    """Of --outages. Raises UsageError."""
+    """The lengths of --outages in s. Raises UsageError."""
     try:
         lengths = [float(part) for part in text.split(",")] if text else []
     except ValueError:
@@ -48,7 +48,7 @@ def lengths_of(text: str | None) -> list[float]:
 
 
 def said(found: NavigationScore, truth: Trajectory) -> list[str]:
-    """What stands below the tables."""
+    """Notes below the tables."""
     ready = "heading was never ready" if np.isnan(found.ready_s) else f"heading ready after {found.ready_s:.3g} s"
     false = ", and was off by more than 3 sigma and 5 deg" if found.is_false else ""
     lines = [f"{ready}{false}; compared from {found.begin_s:.3g} s on, NEES from the sigmas without correlations"]

@@ -65,7 +65,7 @@ Format = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help=f"Of the recording, where its content does not tell: {', '.join(FORMATS)}",
+        help=f"Format of the recording, if it is not recognised: {', '.join(FORMATS)}",
         autocompletion=among(*FORMATS),
     ),
 ]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
-from hnav.cli.words import UsageError, told
+from hnav.cli.words import UsageError, finding_line
 from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.pieces import LongTable, long_table
@@ -67,7 +67,7 @@ class Reading:
         return Wishes(**{name: value for name, value in self._arguments().items() if name != "format"})
 
     def check(self, data: Recording) -> list[Finding]:
-        """What is not plausible in it."""
+        """Implausible properties of the recording."""
         return data.check(self.hemisphere)
 
 
@@ -99,8 +99,8 @@ def read_as(data: Recording) -> str:
 
 
 def lines_of(findings: list[Finding]) -> list[str]:
-    """A line for each finding: its level, what was found, and the option that mends it."""
-    return [f"{finding.level}: {told(finding)}" for finding in findings]
+    """A line for each finding: its level, the fault, and the option that corrects it."""
+    return [f"{finding.level}: {finding_line(finding)}" for finding in findings]
 
 
 def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool = True) -> list[str]:
@@ -111,8 +111,10 @@ def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool =
     if stopping:
         left = len(alarms) - len(stopping)
         more = f" (and {left} more: hnav check {path})" if left else ""
-        raise UsageError(f"{path}: {'; '.join(map(told, stopping))}{more}{'' if strict else '; --force goes on in spite of it'}")
-    return [f"warning: {path.name}: {told(finding)}" for finding in alarms]
+        raise UsageError(
+            f"{path}: {'; '.join(map(finding_line, stopping))}{more}{'' if strict else '; --force goes on in spite of it'}"
+        )
+    return [f"warning: {path.name}: {finding_line(finding)}" for finding in alarms]
 
 
 def warn(lines: list[str]) -> None:

@@ -91,7 +91,7 @@ def beside(source: Path, suffix: str) -> Path:
 
 
 def is_simulation(source: Path) -> bool:
-    """Whether it is a folder of a simulation, whole or not; one that no reader of recordings knows is taken for one too."""
+    """Whether it is a folder of a simulation, complete or not; a folder that is not a recording counts as one."""
     if not source.is_dir() or (source / "run.json").exists() or (source / "signals.h5").exists():
         return source.is_dir()
     try:
@@ -124,7 +124,7 @@ def of_montecarlo(source: Path, file: Path) -> None:
 
 
 def say_page(file: Path, panels: list[str]) -> None:
-    """Where the page lies, and what it has."""
+    """Prints the path of the page and its panels."""
     say(f"{file} ({file.stat().st_size / 1e6:.1f} MB): {', '.join(panels)}")
 
 

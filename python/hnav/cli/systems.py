@@ -31,7 +31,7 @@ def command(
         typer.echo(json.dumps(found if system is None else found[0], indent=1))
         return
     for about in found:
-        tell(about, whole=system is not None)
+        print_system(about, whole=system is not None)
     if system is None:
         say("hnav systems NAME lists scenarios and grades; hnav simulate NAME runs it")
 
@@ -47,7 +47,7 @@ def described(system: str, allow_outside: bool) -> dict[str, Any]:
         }  # fmt: skip
 
 
-def tell(about: dict[str, Any], whole: bool) -> None:
+def print_system(about: dict[str, Any], whole: bool) -> None:
     """A system on two lines, or with everything that can be chosen."""
     lines(about["name"], about["description"])
     times = [f"{about[key]:g} s{what}" for key, what in (("stop_s", ""), ("step_s", " a step")) if about[key] is not None]

@@ -1,4 +1,4 @@
-"""What is asked of each recording that goes through a filter, as the options of the command line say it."""
+"""The options of the command line for each recording that is filtered."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Wanted:
         return corrected_by(self.sensor)
 
     def made_of(self, recording: Path) -> list[str]:
-        """What the head of a table says of its sources."""
+        """The sources in the head of a table."""
         return [f"recording {recording}", *([f"sensors by {self.sensor}"] if self.sensor else [])]
 
 

@@ -1,4 +1,4 @@
-"""A foreign binary may take its process with it: then another one is there to say so."""
+"""Runs a foreign binary in a child process, so that the parent can report its crash."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hnav.cli.words import Interrupted, UsageError
 from hnav.io.outputs import temporary_folder
 
 PATIENCE_S, STEP_S = 2.0, 0.05
-"""After an interrupt: a binary that loops for ever does not hear it."""
+"""Seconds after an interrupt until a binary that does not respond is killed."""
 
 
 def watched(binary: str, remedy: str) -> None:

@@ -1,4 +1,4 @@
-"""How the command line says what went wrong: the library speaks of Python's arguments, users typed options."""
+"""Errors of the command line: replaces Python arguments in messages of the library by the options that users type."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ MISTYPED = cast(type[Exception], typer.BadParameter.__bases__[0])
 
 
 class UsageError(Exception):
-    """What the user typed cannot be done; the text says why."""
+    """The request of the user cannot be carried out; the text states why."""
 
 
 class Interrupted(UsageError):
-    """The user ended it; the text says what is kept."""
+    """The user interrupted the command; the text states which results are kept."""
 
 
 def of_the_command_line(error: HnavError) -> str:
@@ -69,7 +69,7 @@ def with_options(text: str) -> str:
     return text
 
 
-def told(finding: Finding) -> str:
+def finding_line(finding: Finding) -> str:
     """A finding about a recording in one line, its cure an option."""
     cures = [f"use {OPTIONS[finding.argument]} {finding.value}".removesuffix(" yes")] if finding.argument else []
     cures += [with_options(finding.advice)] if finding.advice else []
@@ -104,7 +104,7 @@ def mistyped(error: Any, name: str) -> str:
 
 @contextmanager
 def tidy_end() -> Iterator[None]:
-    """SIGTERM is an interrupt as from the keyboard: what is unfinished goes, what is finished stays."""
+    """Treats SIGTERM like an interrupt from the keyboard: finished files stay, unfinished ones are removed."""
     if threading.current_thread() is not threading.main_thread():  # signals are for the main thread alone
         yield
         return

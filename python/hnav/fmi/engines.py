@@ -46,7 +46,7 @@ def run_recording(
 
 
 def _check(recording: Recording, filter: str, engine: str, step_s: float | None, smooth: bool) -> None:
-    """Raises HnavError for what no engine does."""
+    """Raises HnavError for an unsupported combination of options."""
     for name, value, known in (("filter", filter, FILTERS), ("engine", engine, ENGINES)):
         if value not in known:
             raise HnavValueError("option", f"{name} = {value}: choose one of {', '.join(known)}", name)

@@ -1,4 +1,4 @@
-"""A recording through the FMU of a filter: Co-Simulation by steps, Model Exchange by fmpy's CVODE.
+"""Runs a recording through the FMU of a filter: Co-Simulation by steps, Model Exchange by fmpy's CVODE.
 
 fmpy's simulate_fmu looks inputs up by a linear search in every step and adds a step at every change of a discrete input,
 which is quadratic for a recording; so the loop is ours. All real inputs go in by one call and all real outputs come out
@@ -31,7 +31,7 @@ COUNTS = (
     "gyro_used", "accel_used", "mag_used", "accel_gated", "mag_gated", "late", "non_finite", "zero", "missed",
     "corrections", "gamma_raised", "covariance_repaired",
 )  # fmt: skip
-# Outputs that are read after each sample, and where they stand among all that are read.
+# Outputs that are read after each sample, and their columns in the table.
 OUTPUTS = (("post.q", 4), ("post.bias", 3), ("post.sigma", 6))
 Q, BIAS, SIGMA, BIAS_SIGMA, NIS = slice(0, 4), slice(4, 7), slice(7, 10), slice(10, 13), slice(13, 15)
 FLAGS = ("align.tilt_ready", "align.heading_ready", "gate.accel_ok", "gate.mag_ok")
@@ -111,7 +111,7 @@ def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndar
 
 
 class _Samples:
-    """The samples of a recording on their way into an FMU; a sensor's counter goes up when it has a new one."""
+    """Sets the samples of a recording as inputs of an FMU; a sensor's counter increases with each new sample."""
 
     def __init__(self, fmu: Fmu, recording: Recording):
         arrays = [recording.rate_b_rad_s, recording.force_b_m_s2]
@@ -124,7 +124,7 @@ class _Samples:
         self._counter_references = fmu.references(f"{s}.sample" for s in sensors)
         self._counters = (C.c_int32 * len(sensors))()
         self._values = np.concatenate([*arrays, np.repeat(recording.t_s[:, None], len(sensors), axis=1)], axis=1)
-        # ctypes arrays and NumPy see the same memory.
+        # The ctypes arrays and the NumPy arrays share memory.
         self._input_view, self._counter_view = np.ctypeslib.as_array(self._inputs), np.ctypeslib.as_array(self._counters)
 
     def deliver(self, row: int) -> None:
@@ -158,7 +158,7 @@ class _Estimates:
     def result(
         self, recording: Recording, present: np.ndarray, engine: str, us_per_sample: float, counts: dict[str, int]
     ) -> Result:
-        """NaN before the start, and NIS where no sample was used."""
+        """Sets rows before the start to NaN, and NIS where no sample was used."""
         table = self._table
         started = np.isfinite(table[:, 0]) & (table[:, SIGMA.start] < np.pi)  # sigma is pi before the start
         table[~started] = np.nan
@@ -178,10 +178,10 @@ class _Estimates:
 
 class _Loop(Protocol):
     def process(self, k: int) -> None:
-        """Takes in what was set at point k."""
+        """Processes the inputs that were set at point k."""
 
     def go_on(self, k: int) -> None:
-        """To point k + 1."""
+        """Steps to point k + 1."""
 
 
 class _CoSimulationLoop:

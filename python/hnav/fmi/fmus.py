@@ -22,12 +22,12 @@ from hnav.io.fmu_files import fmu_path as fmu_path
 from hnav.io.outputs import cannot_write, temporary_folder
 from hnav.native.options import OptionInfo
 
-# The disk is at fault then, not the FMU.
+# These errors are faults of the disk, not of the FMU.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES)
 MODEL_EXCHANGE_RTOL = 1e-8
 # fmpy moves the working directory, which all threads share, while it loads a library.
 _LOADING = threading.Lock()
-# What FMI 2 and FMI 3 call a type of ours in the names of their functions.
+# Names of our types in the functions of FMI 2 and FMI 3.
 _TYPES = {
     "real": ("Real", "Float64"),
     "integer": ("Integer", "Int32"),
@@ -107,7 +107,7 @@ class Fmu:
         self._forget()
 
     def renew(self) -> None:
-        """Another instance of the library that is loaded, as new as the first was; variables are bound to it again. Raises
+        """Replaces the instance by a new one of the loaded library and binds the variables to it. Raises
         HnavError when there is none, and then this is no longer of use."""
         self._call_of("FreeInstance")(self.fmu.component)
         self.messages.clear()
@@ -205,12 +205,12 @@ class Fmu:
 
     @property
     def enumeration_type(self) -> Any:
-        """What many enumerations at once are made of: c_int64 in FMI 3, c_int32 in FMI 2."""
+        """The ctypes type of an array of enumerations: c_int64 in FMI 3, c_int32 in FMI 2."""
         return C.c_int64 if self.fmi3 else C.c_int32
 
     @property
     def boolean_type(self) -> Any:
-        """What many booleans at once are made of: c_bool in FMI 3, c_int32 in FMI 2."""
+        """The ctypes type of an array of booleans: c_bool in FMI 3, c_int32 in FMI 2."""
         return C.c_bool if self.fmi3 else C.c_int32
 
     # ------------------------------------------------------------------------------------------- time

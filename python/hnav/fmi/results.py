@@ -1,4 +1,4 @@
-"""What a filter made of a recording, whoever ran it."""
+"""The result of a filter over a recording, from any engine."""
 
 from __future__ import annotations
 

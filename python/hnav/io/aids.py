@@ -1,4 +1,4 @@
-"""Samples of what aids navigation: satellites, pressure, wheels. Each kind keeps times of its own, beside the rows of a recording."""
+"""Aiding samples: satellites, pressure, wheels. Each kind has its own time stamps, independent of the rows of a recording."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ AIDS = {
     "pressure": ("pressure_pa",),
     "speed": ("speed_m_s",),
 }
-"""Kinds of aids, and what their values are. Heights are above the ellipsoid as far as the file tells; a vertical velocity may be
-NaN; a speed is that of wheels, along body x."""
+"""Kinds of aids and the columns of their values. Heights are ellipsoidal if the file states it; the vertical velocity may be
+NaN; speed is the wheel speed along body x."""
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class AidSamples:
     """Samples of one kind."""
 
     t_s: np.ndarray
-    """m: times of validity."""
+    """m: times of validity in s."""
     values: np.ndarray
-    """m x 3 or m x 1, as AIDS says."""
+    """m x 3 or m x 1, columns as in AIDS."""
     sigma: np.ndarray
-    """As values: standard deviations (position north, east, down, in m); NaN where the file does not tell."""
+    """As values: standard deviations (position north, east, down, in m); NaN where the file states none."""
     received_s: np.ndarray | None = None
     """m, not decreasing: when each arrived; None: at t_s."""
 
@@ -36,23 +36,23 @@ class AidSamples:
         return self.t_s if self.received_s is None else self.received_s
 
     def rows(self, keep: np.ndarray) -> AidSamples:
-        """Some of them: places, or a flag for each."""
+        """The samples at these indices, or those with a true flag."""
         received_s = None if self.received_s is None else self.received_s[keep]
         return AidSamples(self.t_s[keep], self.values[keep], self.sigma[keep], received_s)
 
     def without_repeats(self) -> AidSamples:
-        """Those that differ from the one before."""
+        """The samples that differ from their predecessor."""
         fresh = np.ones(len(self.t_s), bool)
         fresh[1:] = [not np.array_equal(a, b, equal_nan=True) for a, b in zip(self.values[1:], self.values[:-1])]
         return self.rows(fresh)
 
 
 def by_arrival(samples: AidSamples) -> AidSamples:
-    """In the order in which they arrived."""
+    """The samples in order of arrival."""
     return samples.rows(np.argsort(samples.arrived_s, kind="stable"))
 
 
 def arrived_within(aids: Mapping[str, AidSamples], after_s: float, until_s: float) -> dict[str, AidSamples]:
-    """What arrived after the one time and not after the other; kinds without samples are left out."""
+    """Samples that arrived after the first time and up to the second; kinds without samples are left out."""
     within = {kind: one.rows((one.arrived_s > after_s) & (one.arrived_s <= until_s)) for kind, one in aids.items()}
     return {kind: one for kind, one in within.items() if len(one.t_s)}

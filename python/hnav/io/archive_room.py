@@ -13,10 +13,10 @@ MOST_BYTES, MOST_ENTRIES = 1 << 30, 10_000  # of an archive and the FMUs in it, 
 
 @dataclass
 class Room:
-    """What may still be unpacked."""
+    """Bytes and entries that may still be unpacked."""
 
     cure: str
-    """Of an archive that needs more."""
+    """The remedy for an archive that needs more."""
     bytes: int = field(default_factory=lambda: MOST_BYTES)
     entries: int = field(default_factory=lambda: MOST_ENTRIES)
 

@@ -1,4 +1,4 @@
-"""What is said of a recording that is not plausible."""
+"""Findings about an implausible recording."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ heading."""
 
 @dataclass(frozen=True)
 class Finding:
-    """Something about a recording that is wrong, doubtful, or cannot be known."""
+    """Something about a recording that is wrong, suspicious, or cannot be tested."""
 
     level: str
     """error, warning or note."""
@@ -33,15 +33,15 @@ class Finding:
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
     absent or not_testable."""
     sensor: str
-    """gyro, accel, mag or time; position or velocity of what aids navigation."""
+    """gyro, accel, mag or time; position or velocity of the aids."""
     message: str
     """What was found, with its number."""
     argument: str | None = None
-    """The argument of hnav.read, or of check, that mends it."""
+    """The argument of hnav.read, or of check, that corrects the fault."""
     value: str = ""
-    """Its value."""
+    """The value of that argument."""
     advice: str = ""
-    """What else may be done."""
+    """Another remedy, in words."""
     certain: bool = False
     """Whether the samples allow no other explanation."""
 
@@ -58,7 +58,7 @@ class Finding:
 
     @property
     def cure(self) -> str:
-        """What to do, in Python's words."""
+        """The remedy as a Python argument."""
         sensor, _, axes = self.value.partition("=")
         value = "True" if self.value == "yes" else f'{{"{sensor}": "{axes}"}}' if axes else f'"{self.value}"'
         return "; ".join(filter(None, [f"use {self.argument}={value}" if self.argument else "", self.advice]))

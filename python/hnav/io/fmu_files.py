@@ -1,4 +1,4 @@
-"""Where the FMUs are that hnav is built with."""
+"""Locations of the FMUs that hnav builds."""
 
 from __future__ import annotations
 

@@ -28,9 +28,9 @@ class Row:
     """A variable; its place in the table, counted from 1, is its value reference."""
 
     role: str
-    """What the binary takes it for."""
+    """The role of the variable in the binary."""
     index: int
-    """Of the sensor, the input, ...; 0 where there is one."""
+    """Number of the sensor, the input, ...; 0 if there is only one."""
     name: str
     text: str
     type: str = "real"
@@ -63,15 +63,15 @@ class About:
     step_s: float
     stop_s: float
     serialises_state: bool = True
-    """Its saved states are good in another process; in its own they always are."""
+    """A saved state can be restored in another process; in the same process it always can."""
     once: bool = False
     """Only one instance for each process."""
-    told_of_steps: bool = False
-    """In Model Exchange it has to be told when a step of the importer's integrator is done."""
+    needs_step_completion: bool = False
+    """In Model Exchange the importer must report each completed integrator step."""
 
 
 def token(rows: Iterable[Row]) -> str:
-    """The GUID or instantiation token: as the binary works it out of its own table."""
+    """The GUID or instantiation token, computed like the binary computes it from its own table."""
     value, prime = _FNV
     for row in rows:
         for byte in (*row.name.encode()[:_NAME_BYTES], TYPES.index(row.type), CAUSALITIES.index(row.causality)):
@@ -87,7 +87,7 @@ def number(value: float) -> str:
 
 
 def _attributes(**values: object) -> str:
-    """Those that are not None, as XML has them."""
+    """The attributes that are not None, as XML."""
     texts = {name: str(v).lower() if isinstance(v, bool) else v for name, v in values.items() if v is not None}
     return "".join(f" {name}={quoteattr(number(v) if isinstance(v, float) else str(v))}" for name, v in texts.items())
 
@@ -96,7 +96,7 @@ def _attributes(**values: object) -> str:
 
 
 def model_description(about: About, rows: Sequence[Row], units: dict[str, Unit], fmi: int) -> str:
-    """units: those that variables name, where a base is known."""
+    """units: the units of the variables that have a known SI base."""
     structured = all(_STRUCTURED.fullmatch(row.name) for row in rows)
     head = _attributes(
         fmiVersion="2.0" if fmi == 2 else "3.0", modelName=about.name, **{"guid" if fmi == 2 else "instantiationToken": token(rows)},
@@ -125,8 +125,8 @@ def _interfaces(about: About, fmi: int) -> list[str]:
     both |= dict(zip(state, (True, about.serialises_state or None))) | {
         "canNotUseMemoryManagementFunctions": True if fmi == 2 else None
     }
-    told = about.told_of_steps
-    exchange = {"completedIntegratorStepNotNeeded": not told} if fmi == 2 else {"needsCompletedIntegratorStep": told}
+    needed = about.needs_step_completion
+    exchange = {"completedIntegratorStepNotNeeded": not needed} if fmi == 2 else {"needsCompletedIntegratorStep": needed}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
     return [
         f"  <ModelExchange{_attributes(**both, **exchange)}/>",
@@ -141,9 +141,9 @@ def _units(rows: Sequence[Row], units: dict[str, Unit]) -> list[str]:
         if known is None:
             lines.append(f"    <Unit name={quoteattr(name)}/>")
             continue
-        told = {dimension: power for dimension, power in zip(DIMENSIONS, known.dimensions) if power}
+        exponents = {dimension: power for dimension, power in zip(DIMENSIONS, known.dimensions) if power}
         scale = {"factor": known.factor if known.factor != 1 else None, "offset": known.offset if known.offset else None}
-        lines.append(f"    <Unit name={quoteattr(name)}><BaseUnit{_attributes(**told, **scale)}/></Unit>")
+        lines.append(f"    <Unit name={quoteattr(name)}><BaseUnit{_attributes(**exponents, **scale)}/></Unit>")
     return [*lines, "  </UnitDefinitions>"]
 
 
@@ -193,8 +193,8 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
 
     def unknown(element: str, k: int, initial: bool) -> str:
         known = rows[k].depends_on
-        told = None if initial or known is None else " ".join(str(j + 1) for j in known)
-        return f"    <{element}{_attributes(**{place: k + 1}, dependencies=told)}/>"
+        dependencies = None if initial or known is None else " ".join(str(j + 1) for j in known)
+        return f"    <{element}{_attributes(**{place: k + 1}, dependencies=dependencies)}/>"
 
     def listed(element: str, wanted: Iterable[int], initial: bool = False) -> list[str]:
         return [unknown(element, k, initial) for k in wanted]

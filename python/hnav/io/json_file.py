@@ -1,4 +1,4 @@
-"""JSON files in: what they hold, or one line that says why not."""
+"""Reads JSON files; an unreadable file gives a one-line error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hnav.errors import HnavValueError
 
 
 def read_json(path: Path, shown: str = "") -> Any:
-    """What the file holds. Raises HnavError that names the file, also for JSON that is nested without end.
+    """The content of the file. Raises HnavError that names the file, also for JSON nested too deeply for the parser.
 
     shown: what messages about its content call it; its path otherwise.
     """

@@ -4,7 +4,7 @@
     rows = lines.take(source.wait(0.1))     # n x 10: t_s, rate, force, field; NaN where a sample is missing
     lines = LiveLines(Wishes(), aids=True)  # AID_COLUMNS too; satellites also as sentences of NMEA 0183
 
-Columns, units and axes are found as in files (hnav.io.readers). Every line that gives no row is counted, by the reason.
+Columns, units and axes are found as in files (hnav.io.readers). Lines that give no row are counted by reason.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from hnav.native.arrays import Array
 from hnav.units import si_per
 
 AID_COLUMNS = ("lat_deg", "lon_deg", "alt_m", "vn", "ve", "vd", "sigma_h", "sigma_v", "sigma_vel", "pressure_pa", "speed_m_s")
-"""Of a row of samples, after CSV_COLUMNS, of what aids navigation."""
+"""Columns of aiding samples, after CSV_COLUMNS in a row."""
 OVER_GROUND = ("ground_speed", "course_deg")
-"""What lines may have in the place of vn and ve."""
+"""Columns that may replace vn and ve."""
 OF_AIDS = frozenset(AID_COLUMNS + OVER_GROUND)
 INERTIAL = slice(1, len(CSV_COLUMNS))
 WITH_SIGMAS = (
@@ -46,24 +46,24 @@ WITH_SIGMAS = (
     ("pressure_pa",),
     ("speed_m_s",),
 )
-"""What belongs to one sample of what aids navigation."""
+"""Columns that form one aiding sample."""
 SAMPLES = (
     *(tuple(f"{sensor[0]}{axis}" for axis in "xyz") for sensor in ARRAYS),
     *(tuple(name for name in names if not name.startswith("sigma")) for names in WITH_SIGMAS),
 )
 """The values of one sample."""
 PROBE_LINES, PROBE_S = 50, 1.0
-"""So many lines, or those of so long, are read before the first row is answered: the numbers of several lines show their units."""
+"""Lines, or seconds of lines, that are read before the first row is returned: units are inferred from several lines."""
 LONGEST_LINE = 65_536
-"""Bytes: what has no end of line after so many is no text."""
+"""Bytes without an end of line after which the input is not text."""
 SET_AHEAD_S = 3600.0
-"""A stamp that is ahead of the one before by so much more than the time between their arrivals is that of a clock that was set."""
+"""Seconds by which a time stamp may advance more than the time of arrival; beyond that the source clock was set."""
 FEWEST_COLUMNS = 6
-"""Of a line that is taken for a header: the axes of a gyroscope and an accelerometer."""
+"""Columns that identify a header: the axes of a gyroscope and an accelerometer."""
 MOST_UNTIMED = 64
 """Samples without a time of their own that wait for the next row."""
 BESIDE_S = 1e-6
-"""A row with the stamp of the one before and other sensors is put so much later."""
+"""Delay of a row that repeats the previous time stamp with other sensors."""
 SHOWN = "the source"
 SHOWN_CHARACTERS = 60
 HOW_TO_WRITE = (
@@ -71,11 +71,11 @@ HOW_TO_WRITE = (
     '{"t": 0.01, "sensor": "gyro", "x": 0.1, "y": 0, "z": 0}; hnav filter reads recorded files of other shapes'
 )
 SHOWN_SETS = 5
-"""So often it is said that the clock was set; then it is only counted."""
+"""Number of clock changes that are reported; later ones are only counted."""
 
 
 class Line(NamedTuple):
-    """What a line holds."""
+    """Kinds of content of a line."""
 
     names: tuple[str, ...]
     cells: Sequence[Any]
@@ -93,7 +93,7 @@ class Scheme:
     """The lines that it was found by."""
 
     def row(self, cells: Sequence[Any]) -> list[float]:
-        """Raises ValueError, TypeError or IndexError for a line that is none."""
+        """Raises ValueError, TypeError or IndexError for a line that is not a sample."""
         return [
             math.nan if place < 0 or cells[place] in ("", None) else float(cells[place]) * factor
             for place, factor in zip(self.places, self.factors)
@@ -105,17 +105,17 @@ class Scheme:
 
 
 class LiveClock:
-    """Times that increase, whatever the stamps do: after a clock was set, time goes on by the times of arrival."""
+    """Increasing times for any time stamps: after the source clock was set, time advances by the times of arrival."""
 
     def __init__(self) -> None:
         self._last_s, self._arrived_s, self._offset_s = math.nan, math.nan, 0.0
 
     def ahead_s(self, stamp_s: float) -> float:
-        """Of the newest row; NaN at the first one."""
+        """Time in s from the newest row to this stamp; NaN at the first row."""
         return stamp_s + self._offset_s - self._last_s
 
     def is_strange(self, stamp_s: float, arrived_s: float) -> bool:
-        """Whether a stamp runs back, or ahead of what arrival explains: the clock was set, or this stamp alone is wrong."""
+        """Whether a time stamp decreases, or advances more than the time of arrival: the clock was set, or this stamp is wrong."""
         ahead_s = self.ahead_s(stamp_s)
         return ahead_s < -WITHIN_S or ahead_s > max(0.0, arrived_s - self._arrived_s) + WITHIN_S
 
@@ -185,7 +185,7 @@ class LiveLines:
         return np.array(rows, float).reshape(-1, len(self.columns))
 
     def _probed(self, ending: bool) -> bool:
-        """Whether there are lines enough to find units by, or these have waited long enough."""
+        """Whether enough lines, or enough time, have passed to infer units."""
         known = [
             line for line in self._probe or () if line.names != LIVE_COLUMNS and any(is_number(str(cell)) for cell in line.cells)
         ]
@@ -194,7 +194,7 @@ class LiveLines:
     # ----------------------------------------------------------------------------------------- text
 
     def _lines(self, chunk: Chunk) -> list[Line]:
-        """The whole lines that may be samples; a part of one waits for the next chunk of the same connection."""
+        """The complete lines that may be samples; a partial line waits for the next chunk of the same connection."""
         if chunk.connection != self._connection:
             self.counts["cut off"] += bool(self._rest)
             self._rest, self._connection = b"", chunk.connection
@@ -229,7 +229,7 @@ class LiveLines:
         return self._names, text.split() if self._delimiter == BLANKS else [cell.strip() for cell in text.split(self._delimiter)]
 
     def _begin(self, text: str) -> tuple[tuple[str, ...], Sequence[Any]] | None:
-        """A line before which no header was seen, or which may be one."""
+        """Handles a line without a preceding header, which may itself be a header."""
         parted = {mark: text.split() if mark == BLANKS else [cell.strip() for cell in text.split(mark)] for mark in DELIMITERS}
         of_numbers = [mark for mark, cells in parted.items() if all(map(is_number, filter(None, cells)))]
         if of_numbers:
@@ -248,7 +248,7 @@ class LiveLines:
         return self._parted(text.encode()) if of_numbers else None
 
     def _names_of_places(self, count: int) -> tuple[str, ...]:
-        """Of numbers without a header: as they were named by their places, or in the order of CSV_COLUMNS, with or without times."""
+        """The columns of numbers without a header: named by their positions, or in the order of CSV_COLUMNS, with or without times."""
         if self._wishes.columns:
             return tuple(str(place + 1) for place in range(count))
         begin = 1 if self._wishes.rate_hz else 0
@@ -258,7 +258,7 @@ class LiveLines:
         return tuple(named)
 
     def _refuse_other_lines(self, ending: bool) -> None:
-        """Raises RecordingError where many lines have come, or all, and none was a sample."""
+        """Raises RecordingError when the source has ended, or many lines have arrived, without a sample."""
         if self.counts["rows"] or not self._left or not (ending or self.counts["no sample"] >= PROBE_LINES):
             return
         if plan_of_long(b"\n".join(self._left).decode("utf-8", "replace")):
@@ -278,7 +278,7 @@ class LiveLines:
     # ----------------------------------------------------------------------------------------- rows
 
     def _columns(self, names: Sequence[str]) -> dict[str, Column]:
-        """Of samples of inertial and magnetic sensors. Raises RecordingError."""
+        """The plan for lines of inertial and magnetic samples. Raises RecordingError."""
         found = columns_of(names, self._wishes.columns, SHOWN)
         return {role: column for role, column in found.items() if role in self._roles}
 
@@ -403,7 +403,7 @@ class LiveLines:
         return not left
 
     def _numbers(self, line: Line) -> list[float] | None:
-        """The ten of a row; None where the line has no time, no sample, or something else."""
+        """The ten numbers of a row; None for a line without time or sample, or with other content."""
         scheme = self._scheme(line.names, [line])
         if scheme is None or len(line.cells) > len(line.names):
             return None
@@ -428,7 +428,7 @@ class LiveLines:
         return made
 
     def _drop_repeats(self, row: list[float]) -> bool:
-        """Empties the samples that repeat the one before; whether one is left."""
+        """Empties the samples that repeat their predecessor; returns whether any sample remains."""
         for places in self._samples:
             values = [row[place] for place in places]
             if repr(values) == repr(self._newest.get(places[0])):  # a vertical velocity may be NaN

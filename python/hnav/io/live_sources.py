@@ -27,12 +27,12 @@ from hnav.io.readers.streams import library
 from hnav.io.recordings import CSV_COLUMNS
 
 RETRY_S = 0.5
-"""Between two attempts to open a source again."""
+"""Seconds between two attempts to reopen a source."""
 POLL_S = 0.1
-"""So soon a thread sees that it is to end."""
+"""Longest time in s until a reading thread notices that it must end."""
 BLOCK_BYTES = 65_536
 RECEIVE_BYTES = 1 << 22
-"""Of the kernel's queue of datagrams, as far as it allows."""
+"""Requested size of the kernel's datagram queue."""
 RXQ_OVFL = 40
 """SO_RXQ_OVFL of Linux: the kernel adds the count of dropped datagrams to each one; the module socket does not name it."""
 BAUD = 115_200
@@ -51,19 +51,19 @@ class Chunk:
 
 
 class LiveSource:
-    """What all sources do. A kind of source defines chunks(), which opens it, yields bytes, and raises OSError when it is lost."""
+    """Base of all sources. A subclass defines chunks(), which opens it, yields bytes, and raises OSError when it is lost."""
 
     ENDS = False
     """Whether the end of the data is the end of the source."""
     LOSS = "dropped by the system"
-    """What the count of dropped is called."""
+    """Description of the dropped count."""
     WAITING = 64
     """Chunks in the queue, of up to BLOCK_BYTES."""
 
     def __init__(self, name: str):
         self.name, self.connections, self.failure = name, 0, ""
         self.dropped = 0
-        """Datagrams that the kernel had no room for; of MAVLink messages that are missing by their numbers."""
+        """Datagrams that the kernel dropped; for MAVLink, messages missing by their sequence numbers."""
         self._queue: queue.Queue[Chunk | None] = queue.Queue(self.WAITING)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -241,7 +241,7 @@ class _Mavlink(LiveSource):
             link = self._mavutil.mavlink_connection(self._connection, baud=self._baud, autoreconnect=False)
         except OSError:
             raise
-        except Exception as error:  # it raises whatever the text of the connection makes it stumble over
+        except Exception as error:  # pymavlink raises errors of any type for an invalid connection text
             raise OSError(f"{type(error).__name__}: {error}") from None
         try:
             self._opened()

@@ -1,7 +1,7 @@
 """MATLAB files, read by SciPy in a process of its own.
 
-SciPy says of its reader that it is not hardened: some damaged files end the process that reads them
-(scipy/scipy#25349). Here that process is not the caller's.
+SciPy's reader is not hardened: some damaged files crash the process that reads them (scipy/scipy#25349).
+The caller's process survives.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def main(path: str, names: list[str]) -> None:
 
     try:
         contents = scipy.io.loadmat(path, variable_names=names or None, squeeze_me=True, simplify_cells=not names)
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
+    except Exception as error:  # SciPy raises errors of any type for a damaged file
         sys.exit(" ".join(str(error).split()) or type(error).__name__)
     buffer = io.BytesIO()
     found = {name: contents[name] for name in names if name in contents} if names else dict(arrays_in(contents, ""))

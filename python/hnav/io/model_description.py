@@ -1,6 +1,6 @@
-"""What an FMU for Model Exchange says of itself: modelDescription.xml of FMI 2 and 3, as far as an observer asks.
+"""Reads modelDescription.xml (FMI 2 and 3) of an FMU for Model Exchange, as far as an observer needs it.
 
-Own reading, because tools write what readers refuse (FMI 3 by Dymola) or overlook (providesDirectionalDerivatives).
+hnav has its own reader because others refuse some valid files (FMI 3 by Dymola) or ignore providesDirectionalDerivatives.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class Variable:
     causality: str
     variability: str
     unit: str
-    """Of the variable or of its declared type; empty if none is told."""
+    """Of the variable or of its declared type; empty if none is given."""
     description: str
     start: float
-    """NaN: none is told."""
+    """NaN: none is given."""
     min: float
-    """-inf: none is told."""
+    """-inf: none is given."""
     max: float
-    """inf: none is told."""
+    """inf: none is given."""
     is_array: bool
     derivative_of: int | None
     """FMI 2: number of the state in the list, from 1; FMI 3: reference of the state."""
@@ -69,7 +69,7 @@ class ModelDescription:
 
     path: Path
     fmi: int
-    """2 or 3."""
+    """FMI version: 2 or 3."""
     name: str
     identifier: str
     """Of the model in Model Exchange: the name of its binary."""
@@ -80,7 +80,7 @@ class ModelDescription:
     states: tuple[tuple[Variable, Variable], ...]
     """State and derivative, in the order in which the FMU has them."""
     depends: tuple[frozenset[int] | None, ...]
-    """Of each derivative: references of the variables that it depends on; None: of all, as far as the FMU says."""
+    """References of the variables on which each derivative depends; None: the FMU declares none, so all."""
     indicators: int
     """Event indicators that the file declares; of FMI 3 all that are listed."""
     offers_derivatives: bool
@@ -89,9 +89,9 @@ class ModelDescription:
     discrete: tuple[str, ...]
     """Names of what it remembers from event to event."""
     state_access: int
-    """0: its state cannot be saved; 1: it can be got and set; 2: and serialised."""
+    """0: the state cannot be saved; 1: it can be read and set; 2: it can also be serialised."""
     step_done: bool
-    """It is to be told that steps of the solver are done."""
+    """The solver must report its completed steps."""
     binary: str
     """Path inside the FMU of the binary for this machine."""
     units: dict[str, Unit] = field(default_factory=dict)
@@ -282,10 +282,12 @@ def _units(root: ElementTree.Element) -> dict[str, Unit]:
     units = {}
     for unit in root.findall("UnitDefinitions/Unit"):
         base: Any = unit.find("BaseUnit")
-        told = {} if base is None else base.attrib
-        dimensions = tuple(int(told.get(name, "0")) for name in DIMENSIONS)
+        attributes = {} if base is None else base.attrib
+        dimensions = tuple(int(attributes.get(name, "0")) for name in DIMENSIONS)
         if base is not None:
-            units[unit.get("name", "")] = Unit(float(told.get("factor", "1")), float(told.get("offset", "0")), dimensions)
+            units[unit.get("name", "")] = Unit(
+                float(attributes.get("factor", "1")), float(attributes.get("offset", "0")), dimensions
+            )
             # What people read: its numbers are factor * number + offset of the unit.
             for shown in unit.findall("DisplayUnit"):
                 own = units[unit.get("name", "")]

@@ -1,8 +1,8 @@
-"""Files out: every output of every command goes through here, so that a file is the old one or the new one, never a part.
+"""Writes every output of every command atomically: a file is the old one or the new one, never a part.
 
     write_files({folder / "signals.h5": image, folder / "run.json": text}, make_folders=True)
 
-What is written stands under a temporary name beside its target (.NAME.xxxxxxxx.part) until it is whole and on the disk.
+Content is written under a temporary name beside its target (.NAME.xxxxxxxx.part) until it is whole and on the disk.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def write_files(
     Of several files the last is the mark that all are whole: every one is complete beside its target before the old mark
     goes, and the new mark comes last. A process that is killed in between leaves the new files without a mark.
 
-    gone: files that tell of the old ones; they go once every new one is complete.
+    gone: files that describe the old ones; they are removed once every new one is complete.
     """
     with ExitStack() as unfinished:
         parts: dict[Path, Path | None] = {}
@@ -103,7 +103,7 @@ def refuse_overwriting(outputs: Iterable[Path | None], inputs: Iterable[Path | N
 
 
 def _identity(path: Path) -> object:
-    """What is equal for two names that lead to one file that can be overwritten; None for what is no file, such as a pipe or a folder."""
+    """An identity of a regular file, equal for all of its names; None for a pipe or a folder."""
     try:
         found = path.stat()
     except OSError:
@@ -112,7 +112,7 @@ def _identity(path: Path) -> object:
 
 
 def _target(path: Path) -> Path:
-    """What a link leads to: the link stays. A pipe in /dev/fd has no other name."""
+    """The target of a link: the link stays. A pipe in /dev/fd has no other name."""
     return path if path.exists() and not path.is_file() else Path(os.path.realpath(path))
 
 
@@ -133,7 +133,7 @@ def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | No
     descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            # Held while this process lives: who finds it free finds a file that nobody will finish.
+            # The lock is held until this process ends: a file with a free lock is abandoned and may be removed.
             with suppress(OSError):
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if target.exists():
@@ -147,7 +147,7 @@ def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | No
 
 
 def _remove_left_over(folder: Path, stem: str) -> None:
-    """What processes that were killed have left of earlier attempts at a file."""
+    """Temporary files that killed processes have left of earlier attempts."""
     for part in folder.iterdir():
         if part.name.startswith(stem) and part.name.endswith(PART):
             with suppress(OSError), part.open("rb") as file:

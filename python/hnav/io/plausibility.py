@@ -3,7 +3,7 @@
     for finding in recording.check(): print(finding)
 
 A warning names what was found, the number, and the cure; an error is a recording that no filter can use; a note says what the
-data cannot tell, and why. What turning tells stands in hnav.io.plausible_turning. Nothing here changes a recording.
+data cannot show, and why. Checks that need rotation are in hnav.io.plausible_turning. No check changes a recording.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.io.findings import Finding, Samples, unit_name, warning
-from hnav.io.plausible_turning import what_turning_tells
+from hnav.io.plausible_turning import findings_by_turning
 from hnav.io.readers.clock import MENDED
 from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2, SUSPECTED, si_per
@@ -36,14 +36,14 @@ INTERVAL_S = (1e-4, 0.25)  # between samples
 USUAL_INTERVAL_S = (4e-4, 0.11)
 FASTEST_RAD_S = 50.0  # no gyroscope of a body reads more for a thousandth of the time
 GAP_S = 0.3  # and ten usual intervals: a hand turns by a right angle meanwhile
-ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # of the recording, in which a sensor has no more samples
-CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor ends below
+ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # share and seconds at the end of the recording without samples of a sensor
+CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor has a smaller range
 RIGHT_COLUMNS = "see whether its columns are the right ones"
 NOTHING = {"gyro": RIGHT_COLUMNS, "accel": RIGHT_COLUMNS, "mag": f"{RIGHT_COLUMNS}; leave out a magnetometer that was off"}
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
-ENOUGH = 50  # samples to judge by
+ENOUGH = 50  # samples that a check needs
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
@@ -65,12 +65,12 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _strengths(recording, live)
     found += _clipped(live)
     found += _repeated(recording, live)
-    found += what_turning_tells(recording, live, found, hemisphere or _hemisphere(recording))
+    found += findings_by_turning(recording, live, found, hemisphere or _hemisphere(recording))
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
 
 
 def _hemisphere(recording: Recording) -> str | None:
-    """By the latitude of satellites."""
+    """Hemisphere by the satellite latitude."""
     if "position" not in recording.aids:
         return None
     return hemisphere_at(float(np.median(recording.aids["position"].values[:, 0])))
@@ -197,7 +197,7 @@ def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
 
 
 def _are_counts(recording: Recording, live: Samples) -> bool:
-    """Whether a chip's numbers were written as they came: whole, and of no unit."""
+    """Whether the samples are raw counts of a chip: whole numbers without a unit."""
     if not {"gyro", "accel"} <= live.keys():
         return False
     strength = float(np.median(np.linalg.norm(live["accel"][1], axis=1)))
@@ -283,7 +283,7 @@ def _gaps(recording: Recording, live: Samples) -> Iterator[Finding]:
 
 
 def _clipped(live: Samples) -> Iterator[Finding]:
-    """Axes whose samples pile up at the largest value that they have."""
+    """Axes whose samples accumulate at their largest value."""
     for sensor, (_, values) in live.items():
         ends = [(axis, *at_end) for axis, column in zip("xyz", values.T) for at_end in _piled_up(column, CLIPPED_FROM[sensor])]
         if ends:
@@ -292,7 +292,7 @@ def _clipped(live: Samples) -> Iterator[Finding]:
             shown = (
                 f"{sum(n for _, _, n in ends)} samples of {axes} stand at {size:.4g} {UNIT_NAMES[sensor]}: the end of the range"
             )
-            advice = f"tell the filter by {RANGES[sensor]}={0.99 * size:.4g}, or use a wider range"
+            advice = f"state the range by {RANGES[sensor]}={0.99 * size:.4g}, or use a wider range"
             yield warning("saturated", sensor, shown, advice=advice)
 
 
@@ -363,7 +363,7 @@ def warn_of_meaningless(
 
 
 def check_aids(recording: Recording) -> list[Finding]:
-    """What is not plausible in what aids navigation, which attitude filters do not read."""
+    """Implausible aiding samples, which attitude filters do not read."""
     found = []
     for kind in ("position", "velocity"):
         if (one := recording.aids.get(kind)) is not None and len(one.t_s) >= max(ENOUGH, 0.5 * len(recording.t_s)):

@@ -1,6 +1,6 @@
-"""Whether rates of an unsaid unit are rad/s or deg/s, also of bodies that hardly turn: 1 rad/s is 57 deg/s.
+"""Decides whether rates without a stated unit are rad/s or deg/s, also for bodies that hardly turn.
 
-In order: how far gravity and field turned, against how far the rates say; a bias no gyroscope has; noise. A chip of a telephone has
+Evidence, in order: the rotation of gravity and field against that of the rates; a bias too large for any gyroscope; noise. A chip of a telephone has
 0.004 to 0.03 deg/s/sqrt(Hz) (datasheets of BMI088, ICM-20948, LSM6DSO, MPU-6050, L3GD20), a tactical one 0.0007 or more: numbers with a
 noise density between SILENT and LOUD may be either unit.
 """
@@ -14,19 +14,19 @@ import numpy as np
 from hnav.io.findings import Samples
 
 WINDOWS_S = {"mag": (0.1, 0.5, 2.0, 8.0), "accel": (0.1, 0.5, 2.0)}
-"""Over longer ones the force of an aircraft stays where it is, while the aircraft turns."""
+"""Window lengths. In longer ones a coordinated turn of an aircraft leaves the force constant in the body."""
 STEP_S = 0.02
 AS_RAD, AS_DEG = (0.5, 2.0), (0.5 / 57.3, 2.0 / 57.3)
-"""Ratios of the turning seen to the turning that the numbers, as rad/s, say."""
+"""Ratio of the observed rotation to that of the rates in rad/s."""
 SURE = 0.85
-"""Of the correlation of both."""
+"""Least correlation of the observed rotation with that of the rates."""
 LEAST_TURNING = 0.004
-"""Rad over a window: what noise of gravity and field may look like."""
+"""Rotation in rad over a window that noise of gravity and field can imitate."""
 STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, (0.03, 1.0)
-"""Share of the turning that the numbers say which was seen, with room for noise, and what they must say at least and at most (rad), for
-a body that turned 57 times less. A body that turns by more over a window may come back to where it was."""
+"""Largest share of the integrated rotation that is observed when the body turned 57 times less; margin for noise in rad; least
+and largest integrated rotation in rad. A body that turns further within a window may return to its attitude."""
 FIELD_TURNED, AS_FAST = 0.05, 0.3
-"""Rad over a window, beyond what passing iron does, and the share of the turning that numbers say in rad/s."""
+"""Rotation of the field in rad over a window, more than passing iron causes, and its least share of the rotation in rad/s."""
 LARGEST_BIAS = 0.35
 """As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
 STAYED = 0.95
@@ -41,7 +41,7 @@ ENOUGH = 8  # windows
 
 @dataclass(frozen=True)
 class Evidence:
-    """What the numbers of the rates are."""
+    """The unit of the rates, with the reason."""
 
     unit: str | None
     """rad/s, deg/s, or None: nothing decides."""
@@ -67,7 +67,7 @@ def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
 def _turning(
     gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.ndarray, window_s: float, is_field: bool
 ) -> Evidence | None:
-    """How far a vector turned over windows, against how far the rates without their mean say."""
+    """The observed rotation of a vector over windows against the integrated rates without their mean."""
     length_s = min(gyro_s[-1], t_s[-1]) - max(gyro_s[0], t_s[0])
     count = int(length_s / window_s)
     if count < ENOUGH or count > len(t_s):
@@ -102,7 +102,7 @@ def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_
     if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * _rms(turning)):
         # Whatever its axes: in deg/s the field would turn 57 times as fast as the body.
         return Evidence("rad/s", "the field turns as fast")
-    seen = seen - seen.mean(axis=0)  # as the rates are without theirs
+    seen = seen - seen.mean(axis=0)  # the rates are centred too
     correlation = float((said * seen).sum() / (np.linalg.norm(said) * np.linalg.norm(seen)))
     scale = float((said * seen).sum() / (said**2).sum())
     if correlation > SURE and AS_RAD[0] < scale < AS_RAD[1]:

@@ -17,14 +17,14 @@ SCALE = (0.6, 1.6)  # of the rate, by the turning of the field
 SCALE_BY_FORCE = (0.4, 2.5)  # accelerations turn it too; ranges of a chip differ by 2, 4 and 8
 DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken for radians
 SURE, BETTER_BY = 0.8, 0.25  # correlations
-DIP_RAD = np.radians(10)  # below this the dip does not tell up from down
-DIP_SPREAD = 0.5  # of sin(dip), quartile to quartile: above, it is no dip
+DIP_RAD = np.radians(10)  # below this the dip does not distinguish up from down
+DIP_SPREAD = 0.5  # of sin(dip), quartile to quartile: with more, the field is disturbed
 HELD = 0.97  # share of gravity that stays when the rates are undone, if these are right
 NAMES = {"gyro": "rate", "accel": "force", "mag": "field"}
 
 
-def what_turning_tells(recording: Recording, live: Samples, found: list[Finding], hemisphere: str | None) -> Iterator[Finding]:
-    """What the turning of field and force tells of units and axes, and the dip of signs."""
+def findings_by_turning(recording: Recording, live: Samples, found: list[Finding], hemisphere: str | None) -> Iterator[Finding]:
+    """Findings about units and axes by the rotation of field and force, and about signs by the dip."""
     codes = {(finding.sensor, finding.code): finding for finding in found}
     time = codes.get(("time", "unit"))
     factor = _factor_of_times(recording, time)
@@ -48,13 +48,13 @@ def what_turning_tells(recording: Recording, live: Samples, found: list[Finding]
 
 
 def _factor_of_times(recording: Recording, unit: Finding | None) -> float:
-    """From the times as they were taken to those of the unit that was found."""
+    """Factor from the assumed time unit to the unit that was found."""
     return si_per("time", unit.value) / si_per("time", unit_name(recording, "time")) if unit and unit.argument else 1.0
 
 
 def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -> bool:
     follows = any(fit is not None and fit.as_it_is >= SURE for fit in fits.values())
-    return follows or bool(stay and stay.tells and stay.as_it_is > HELD)
+    return follows or bool(stay and stay.decides and stay.as_it_is > HELD)
 
 
 def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
@@ -80,7 +80,7 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
 def _unit_of_rates(
     recording: Recording, live: Samples, codes: Mapping[tuple[str, str], Finding], factor: float
 ) -> Iterator[Finding]:
-    """Where turning as such does not tell: rates that were taken for rad/s."""
+    """Rates that were assumed to be rad/s, where the rotation alone does not decide."""
     unit = recording.origin.units.get("gyro") if recording.origin else None
     assumed = unit is None or unit.source == "assumed"
     if "gyro" not in live or ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
@@ -127,7 +127,7 @@ def _axes(
 
 
 def _axes_not_testable(live: Samples, fit: Fit | None, stay: Stay | None) -> Iterator[Finding]:
-    if "accel" in live and "gyro" in live and not (stay and stay.tells):
+    if "accel" in live and "gyro" in live and not (stay and stay.decides):
         yield Finding("note", "not_testable", "accel", "not testable: axes of force and rate, because the body turns too little")
     if "mag" in live and "gyro" in live:
         if fit is None:
@@ -158,7 +158,7 @@ def _sign(
         return
     not_testable = "not testable: sign of the force, because "
     if "mag" not in live or gravity_gone:
-        reason = "nothing else tells up from down" if "mag" not in live else "gravity was removed"
+        reason = "nothing else distinguishes up from down" if "mag" not in live else "gravity was removed"
         yield Finding("note", "not_testable", "accel", not_testable + reason)
         return
     if ("mag", "strength") in codes:

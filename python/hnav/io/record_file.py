@@ -1,7 +1,7 @@
 """A file of records that only grows: whenever the program ends, each record in it is whole or recognisably not.
 
-A line holds the CRC-32 of its JSON in eight hexadecimal digits, a space, and the JSON. The first line tells what the
-records are of; records of something else are never mixed in.
+A line holds the CRC-32 of its JSON in eight hexadecimal digits, a space, and the JSON. The first line states what the
+records belong to; records of another kind are never mixed in.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class RecordFile:
     """The records of a file, and the file open for more. Use as a context manager.
 
     path: made with its folder when it is missing. head: what the records are of. Raises HnavError for a file with
-    another head, one that another process is adding to, and one that is none; OutputError when it cannot be written.
+    another head, one that another process is adding to, and any other kind of file; OutputError when it cannot be written.
     """
 
     def __init__(self, path: Path, head: Mapping[str, Any]):
@@ -49,7 +49,7 @@ class RecordFile:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """A file without records goes."""
+        """Removes a file without records."""
         if not self.records:
             self.remove()
         os.close(self._descriptor)
@@ -83,12 +83,12 @@ class RecordFile:
             lines = file.read().splitlines(keepends=True)
         if not lines or (head.startswith(b"".join(lines)) and lines != [head]):
             return 0
-        told = _record(lines[0])
-        if not isinstance(told, dict):
+        stored = _record(lines[0])
+        if not isinstance(stored, dict):
             raise HnavValueError("option", f"{self.path}: is something else; remove it, or name another file")
         if len(lines) == 1 and lines != [head]:  # nothing would be lost
             return 0
-        _refuse_another(self.path, told, _record(head))
+        _refuse_another(self.path, stored, _record(head))
         end = len(lines[0])
         for line in lines[1:]:
             record = _record(line)
@@ -117,7 +117,7 @@ def _line(record: Any) -> bytes:
 
 
 def _record(line: bytes) -> Any:
-    """What the line holds; None when it is not whole."""
+    """The record of the line; None when the line is damaged."""
     checksum, _, text = line.rstrip(b"\n").partition(b" ")
     if not line.endswith(b"\n") or checksum != b"%08x" % zlib.crc32(text):
         return None
@@ -127,11 +127,11 @@ def _record(line: bytes) -> Any:
         return None
 
 
-def _refuse_another(path: Path, told: dict[str, Any], head: dict[str, Any]) -> None:
+def _refuse_another(path: Path, stored: dict[str, Any], head: dict[str, Any]) -> None:
     """Raises HnavError that names what differs."""
-    for name in (*head, *told):
-        if name not in told or name not in head or told[name] != head[name]:
-            was, now = (str(side.get(name, "not given"))[:SHOWN_CHARACTERS] for side in (told, head))
+    for name in (*head, *stored):
+        if name not in stored or name not in head or stored[name] != head[name]:
+            was, now = (str(side.get(name, "not given"))[:SHOWN_CHARACTERS] for side in (stored, head))
             raise HnavValueError(
                 "option", f"{path} was begun with {name} = {was}, now it is {now}: give the same, name another file, or remove it"
             )

@@ -34,7 +34,7 @@ class RecordingError(HnavValueError):
 
 @dataclass(frozen=True)
 class Unit:
-    """What the numbers of a file were taken for."""
+    """The unit that was assumed for the numbers of a file."""
 
     name: str
     """One of hnav.units.SI_PER[sensor]."""
@@ -54,7 +54,7 @@ class Origin:
     units: Mapping[str, Unit]
     """By gyro, accel, mag and time."""
     notes: tuple[str, ...] = ()
-    """What else the reader chose: topics, rows left out."""
+    """Other choices of the reader: topics, rows left out."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -64,7 +64,7 @@ class Recording:
     Sensors of different rates keep their own times: t_s holds the instants of all of them, and nothing is resampled.
     reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
     movement marks the rows that a score is taken over. A row stands for the instant at which its samples arrive:
-    field_t_s, on instants of t_s, tells of a magnetometer whose samples arrive late; NaN where none arrives. Satellites,
+    field_t_s, on instants of t_s, is the measurement time of a delayed magnetometer; NaN where no sample arrives. Satellites,
     pressure and wheels stand beside the rows, in aids, with their own times; attitude filters do not use them.
     """
 
@@ -80,7 +80,7 @@ class Recording:
     origin: Origin | None = field(default=None, kw_only=True)  # how it was read; None: made, in SI units
 
     def __post_init__(self) -> None:
-        """Lists are arrays. Raises RecordingError for arrays of other shapes, and for a name that is none."""
+        """Lists are arrays. Raises RecordingError for arrays of other shapes, and for a name that is not a text."""
         if not isinstance(self.name, str):
             order = "Recording(name, t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)"
             raise RecordingError(f"name is no text but a {type(self.name).__name__}: write {order}", "name")
@@ -109,11 +109,11 @@ class Recording:
         return self.t_s[present], values[present]
 
     def check(self, hemisphere: str | None = None) -> list[Finding]:
-        """What is not plausible in it, the worst first: units, axes, signs, gaps, sensors that do not work.
+        """Implausible properties of the recording, the worst first: units, axes, signs, gaps, sensors that do not work.
 
         hemisphere: "north" or "south" of the magnetic equator, if it is known; without it, north is taken.
         """
-        from hnav.io.plausibility import check  # it knows recordings
+        from hnav.io.plausibility import check  # imports this module
 
         return check(self, hemisphere)
 
@@ -134,7 +134,7 @@ class Recording:
 
         Times are a column, or the index: numbers in s, or instants. Raises RecordingError.
         """
-        from hnav.io.readers import from_dataframe  # it knows recordings
+        from hnav.io.readers import from_dataframe  # imports this module
 
         return from_dataframe(frame, name, **options)
 

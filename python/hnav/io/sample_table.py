@@ -22,7 +22,7 @@ TIME = ("t", "time", "timestamp", "datetime", "date")  # T is a temperature
 # Behind the name of the times, as time_ms, time [s] or t (min).
 _UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 _TIME = re.compile(rf"(t|(?i:{'|'.join(TIME[1:])}))(?:[\s_\[(/]+({'|'.join(_UNITS)})\s*[\])]?)?")
-# Seconds since 1970 in other units are told by their size: as seconds 1e11 would be the year 5138, as milliseconds 1973.
+# Times since 1970 in other units are recognised by their size: as seconds 1e11 would be the year 5138, as milliseconds 1973.
 _CLOCKS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _SWITCHES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0}
 
@@ -31,8 +31,8 @@ def read_sample_table(path: Path | str, wanted: Container[str] | None = None) ->
     """Times in seconds, and the other columns by name, NaN where a cell is empty or says that there is none (NA, null, unknown, -).
 
     Cells are parted by commas, semicolons, tabs or blanks; where it is not commas, decimals may have them. Lines that begin with # are
-    left out, but for one that holds the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
-    become seconds since 1970; clocks that count milliseconds, microseconds or nanoseconds since 1970 are told by their size. true, on,
+    left out, except the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
+    become seconds since 1970; clocks that count milliseconds, microseconds or nanoseconds since 1970 are recognised by their size. true, on,
     false and off are 1 and 0. wanted: the columns that have to be numbers, all if it is None; what is no number in another is NaN. Raises
     HnavValueError that names file, column and row.
     """
@@ -76,18 +76,18 @@ def _lines(path: Path) -> list[str]:
     except RecordingError as error:
         raise HnavValueError("file", f"{path}: no table: {str(error).removeprefix(f'{path}: ')}") from None
     lines = [line for line in text.splitlines() if line.strip()]
-    told = [line for line in lines if not line.lstrip().startswith("#")]
-    if not told:
+    rows = [line for line in lines if not line.lstrip().startswith("#")]
+    if not rows:
         raise HnavValueError("file", f"{path}: no table: all of its lines are comments")
-    if all(map(is_number, _parted(path, told[:1], _delimiter(told[0]))[0])):
+    if all(map(is_number, _parted(path, rows[:1], _delimiter(rows[0]))[0])):
         # As numpy.savetxt writes it.
-        told = [*[line.lstrip("# ") for line in lines if line.lstrip().startswith("#")][-1:], *told]
-    return told
+        rows = [*[line.lstrip("# ") for line in lines if line.lstrip().startswith("#")][-1:], *rows]
+    return rows
 
 
 def _cells_of_time(path: Path, cells: dict[str, list[str]]) -> tuple[str, list[str]]:
     """The name of the column of times, and what is in it; before a time of day its date, where that has a column."""
-    names = {told[1].lower(): name for name in reversed(cells) if (told := _TIME.fullmatch(name))}
+    names = {match[1].lower(): name for name in reversed(cells) if (match := _TIME.fullmatch(name))}
     kind = next((kind for kind in TIME if kind in names), None)
     if kind is None:
         raise HnavValueError("file", f"{path.name} has no column of times: call it t_s; it has {', '.join(cells)}")
@@ -119,10 +119,10 @@ def _times(path: Path, name: str, cells: list[str]) -> Column:
             )
         return np.asarray((dates - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), float)
     t = _numbers(path, name, cells, True)
-    told = _TIME.fullmatch(name)
-    unit = _UNITS[told[2]] if told and told[2] else 1.0
+    match = _TIME.fullmatch(name)
+    unit = _UNITS[match[2]] if match and match[2] else 1.0
     largest = float(np.nanmax(np.abs(t), initial=0.0)) * unit
-    # What is told of a clock since 1970 may be wrong: its size is not.
+    # The stated unit of a clock since 1970 may be wrong: the size of its values decides.
     return t * unit * next((factor for limit, factor in _CLOCKS if largest > limit), 1.0)
 
 

@@ -141,7 +141,7 @@ class Grade:
     def filter_parameters(self, strength_tesla: float = 5e-5) -> dict[str, float]:
         """Noise of Hrekf for this grade.
 
-        The wander of the gyro bias that is no random walk is told as one: bias instability B that is flat up to 1000 s
+        The bias instability of the gyro is modelled as a random walk: an instability B that is flat up to 1000 s
         moves as far in that time as a walk of B / sqrt(1000 s).
         """
         v = self.values
@@ -155,7 +155,7 @@ class Grade:
         }
 
     def options(self, filter: str) -> dict[str, object]:
-        """Options of "ahrs", "hrekf" or "ins"; options without a figure keep their defaults. The walks of the INS's biases do: temperature
+        """Options of "ahrs", "hrekf" or "ins"; options without a figure keep their defaults. So do the bias random walks of the INS: temperature
         changes a bias by more than the random walk at rest."""
         found = self.filter_parameters()
         if filter == "ahrs":  # it estimates the noise of force and field

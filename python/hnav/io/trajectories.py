@@ -33,7 +33,7 @@ SIGMAS = {
 TUM, KITTI = 8, 12
 """Numbers in a line: t x y z qx qy qz qw, and the rows of a 3 x 4 matrix."""
 LONGEST_STEP_S = 1.5
-"""Between two rows that are farther apart nothing is known."""
+"""Longest interval in s over which rows are interpolated."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Trajectory:
         return replace(self, **arrays, sigma={name: values[kept] for name, values in self.sigma.items()})
 
     def at(self, t_s: np.ndarray) -> Trajectory:
-        """At other times, between the rows."""
+        """The trajectory interpolated to other times."""
         before = np.clip(np.searchsorted(self.t_s, t_s, side="right") - 1, 0, len(self.t_s) - 1)
         after = np.clip(np.searchsorted(self.t_s, t_s), 0, len(self.t_s) - 1)
         unknown = (self.t_s[after] - self.t_s[before] > LONGEST_STEP_S) | (t_s < self.t_s[0]) | (t_s > self.t_s[-1])
@@ -112,7 +112,7 @@ def read_trajectory(path: str | Path) -> Trajectory:
 
 
 def read_truth(path: str | Path) -> Trajectory:
-    """One that has places. Raises HnavValueError that names what is missing."""
+    """A trajectory with positions. Raises HnavValueError that names the missing columns."""
     path = Path(path)
     t_s, columns = read_sample_table(path)
     by_role = _aids(columns)

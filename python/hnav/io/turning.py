@@ -12,7 +12,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-KNOT_S = 0.04  # v is averaged over so long
+KNOT_S = 0.04  # averaging time of v
 SMOOTH_S = 0.4
 LONGEST_STEP_S = 0.5
 MOVING_RAD_S = 0.1  # rms of the turning of v, below which noise and disturbances are as large
@@ -20,7 +20,7 @@ ENOUGH = 30
 STAY_S, STAY_STEP_S = 10.0, 0.02
 LARGEST_GRID = 10  # points for each sample: more are gaps
 STAYS, STAYS_BETTER, STAYED = 0.95, 0.06, (0.9, 1.2)
-AS_GOOD = 0.02  # correlations that differ by less are alike
+AS_GOOD = 0.02  # correlations that differ by less count as equal
 LEVI_CIVITA = np.zeros((3, 3, 3))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     LEVI_CIVITA[_i, _j, _k], LEVI_CIVITA[_i, _k, _j] = 1.0, -1.0
@@ -33,7 +33,7 @@ HANDED = np.linalg.det(WAYS).round()
 
 @dataclass(frozen=True)
 class Way:
-    """One way to name the axes of the rates."""
+    """One assignment of the axes of the rates."""
 
     matrix: np.ndarray
     """3 x 3: Q."""
@@ -44,7 +44,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Fit:
-    """How well v turns with the rates."""
+    """Agreement of the rotation of v with the rates."""
 
     correlations: np.ndarray
     """48: of each of WAYS; 0 where v would turn against the rates."""
@@ -87,14 +87,14 @@ class Stay:
         return Way(WAYS[i], float(self.shares[i]), 1.0)
 
     @property
-    def tells(self) -> bool:
-        """Whether other axes than these would be seen to be wrong: a body that hardly turns holds all still."""
+    def decides(self) -> bool:
+        """Whether wrong axes could be detected: when the body hardly turns, gravity stays with any axes."""
         others = [share for way, handed, share in zip(WAYS, HANDED, self.shares) if handed > 0 and np.trace(way) < 3]
         return bool(max(others) < STAYS)
 
     @property
     def off(self) -> bool:
-        """Whether other axes hold gravity still, and these do not."""
+        """Whether gravity stays with other axes and not with these."""
         return self.as_it_is < min(STAYS, self.best.correlation - STAYS_BETTER) and STAYED[0] < self.best.correlation < STAYED[1]
 
 
@@ -199,7 +199,7 @@ def axes_text(matrix: np.ndarray) -> str:
 
 
 def _knots(t_s: np.ndarray, values: np.ndarray) -> Samples:
-    """Means over so many samples as make KNOT_S."""
+    """Means over KNOT_S."""
     interval_s = float(np.median(np.diff(t_s))) if len(t_s) > 1 else KNOT_S
     count = max(1, round(KNOT_S / interval_s)) if interval_s > 0 else 1
     whole = len(t_s) // count * count

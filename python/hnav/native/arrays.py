@@ -91,7 +91,7 @@ class Named:
 
 
 class Counted:
-    """Annotates a field of a Record that has a count for each of these names."""
+    """Annotates a field of a Record that holds a count for each of these names."""
 
     def __init__(self, names: tuple[str, ...]):
         self.names = names
@@ -147,7 +147,7 @@ _READERS: dict[type[Any], dict[str, Callable[[Any], Any]]] = {}
 
 
 def _readers(cls: type[Any]) -> dict[str, Callable[[Any], Any]]:
-    """What makes the value of each field of what C has there."""
+    """The function that converts each field from its C value."""
     if cls not in _READERS:
         _READERS[cls] = {name: _reader(hint) for name, hint in get_type_hints(cls, include_extras=True).items()}
     return _READERS[cls]

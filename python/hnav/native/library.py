@@ -59,7 +59,7 @@ def version() -> str:
 
 
 def text(characters: Any) -> str:
-    """A C string."""
+    """The text of a C string."""
     return str(ffi.string(characters).decode())
 
 
@@ -104,7 +104,7 @@ def new(kind: str, **values: Any) -> Any:
 # --------------------------------------------------------------------------------------------- objects
 
 
-# What the library says of an option begins with its name, for several numbers with the index of one.
+# An error text of the library about an option begins with the option name, for arrays with an index.
 _OPTION = re.compile(r"(?P<name>[a-z_][\w.]*)(\[\d+\])? = ", re.IGNORECASE)
 
 

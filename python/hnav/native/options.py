@@ -21,21 +21,21 @@ class OptionInfo:
     name: str
     """"yaw.motion" for one of a struct inside, which the attribute yaw_motion holds."""
     group: str
-    """What it belongs to: "noise", "start", ..."""
+    """Group of the option: "noise", "start", ..."""
     unit: str
     """"rad", "1/s", ...; empty if it has none."""
     description: str
     """One sentence."""
     reason: str
-    """Why the default is what it is."""
+    """Reason for the default."""
     choices: tuple[str, ...]
-    """The names that it may have; empty for numbers."""
+    """The permitted names; empty for numbers."""
     choice_descriptions: tuple[str, ...]
-    """What each of them means."""
+    """The meaning of each choice."""
     default: str | float | int | tuple[float | int, ...]
-    """Of the first preset."""
+    """Default of the first preset."""
     count: int
-    """How many numbers it has."""
+    """Number of elements."""
     min: float
     """Smallest value of each number."""
     max: float
@@ -43,7 +43,7 @@ class OptionInfo:
     is_integer: bool
     """Whether its numbers are whole; choices are."""
     advanced: bool
-    """False for the dozen that one meets first."""
+    """False for the dozen basic options."""
 
     @property
     def attribute(self) -> str:

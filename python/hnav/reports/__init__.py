@@ -1,1 +1,1 @@
-"""What results are worth and how they are shown: scores, pictures by Matplotlib, the page about a simulation by Plotly."""
+"""Scores of results, pictures by Matplotlib, and pages by Plotly."""

@@ -1,4 +1,4 @@
-"""Angles as people look at them: in degrees, and without jumps from one turn to the next."""
+"""Angles for display: in degrees, without jumps by a whole turn."""
 
 from __future__ import annotations
 

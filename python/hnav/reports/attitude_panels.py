@@ -27,12 +27,12 @@ from hnav.systems.run_views import (
 from hnav.systems.statistics import chi_square_interval
 
 AXES = ("north", "east", "down")
-SHOWN_SHARE = 0.998  # of the errors lies within the axis
+SHOWN_SHARE = 0.998  # share of the errors within the axis
 START_S = 1.0  # as hnav.reports.recording_run settles
-SETTLING_SHARE = 0.1  # of the run: what an axis shows need not hold the start, which may stand anywhere
+SETTLING_SHARE = 0.1  # share of the run that does not scale an axis: the initial error may be any size
 PROBABILITY = 0.95
 MICROTESLA = 1e6
-NORMALISED_FLOOR = 1e-8  # the axis of normalised squares ends here: noise that was never there gives any small number
+NORMALISED_FLOOR = 1e-8  # lower end of the axis of normalised squares: without noise they are arbitrarily small
 
 
 def has_filters(run: Run) -> bool:
@@ -55,7 +55,7 @@ def _settled(run: Run) -> np.ndarray:
 
 
 def truth_name(run: Run) -> str:
-    """What the attitude is called that the estimates are compared with."""
+    """Name of the attitude with which the estimates are compared."""
     return str(run.about.get("truth", "truth"))
 
 
@@ -64,7 +64,7 @@ def _shown_deg(run: Run, q_nb: np.ndarray) -> np.ndarray:
     angles = euler_deg(q_nb)
     if run.about.get("frame") == "enu":
         angles[:, 2] = 90 - angles[:, 2]
-    # Whole turns say nothing: the first heading lies between 0 and 360.
+    # The first heading is shown between 0 and 360 deg; whole turns have no meaning.
     known = np.flatnonzero(np.isfinite(angles[:, 2]))
     if len(known):
         angles[:, 2] -= 360 * np.floor(angles[known[0], 2] / 360)
@@ -129,7 +129,7 @@ def error_panel(run: Run) -> go.Figure:
             if np.isfinite(error).any():
                 widest = max(widest, np.nanquantile(np.abs(error), SHOWN_SHARE))
             narrowest = min(narrowest, 3 * np.nanmin(sigma, initial=np.inf))
-        # Errors far inside every band would be a line of zero: the narrowest band is seen in any case.
+        # The axis includes at least the narrowest band: errors far inside it would otherwise look like zero.
         widest = max(widest, 1.5 * narrowest if np.isfinite(narrowest) else 0.0)
         figure.update_yaxes(range=[-1.15 * widest, 1.15 * widest] if widest else None, row=axis + 1)
         figure.update_yaxes(title_text=f"{name} / deg", row=axis + 1, col=1)
@@ -211,7 +211,7 @@ def innovations_panel(run: Run) -> go.Figure:
     return figure
 
 
-# Times, values, and how many squares of a standard normal number each value is made of.
+# Times, values, and the degrees of freedom of each value.
 Normalised = tuple[np.ndarray, np.ndarray, int]
 
 
@@ -291,7 +291,7 @@ def gamma_panel(run: Run) -> go.Figure:
 @panel("states", "Gates and ready states", "Filled: true. A gate that closes for a single sample shows as a gap.", has_filters)
 def states_panel(run: Run) -> go.Figure:
     filters = estimates(run)
-    # The least of each block: no closed gate falls between the drawn points. The last row is drawn first, at the bottom.
+    # The minimum of each block, so that decimation hides no closed gate. The last row is drawn first, at the bottom.
     starts = blocks(len(run.t_s))
     kinds = [(e, state, text) for e in filters for state, text in STATES.items() if run.has(e.name, state)][::-1]
     rows = [

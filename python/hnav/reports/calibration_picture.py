@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from hnav.filters.calibration import MagnetometerCalibration
 from hnav.reports.plots import BLUE, FAINT, INK, ORANGE, VERMILION, figure, legend_above, styled
 
-POINTS = 4000  # more would only hide each other
+POINTS = 4000  # drawn at most: more points would overlap
 WIDE_GAP_RAD = np.radians(30)  # as in the note of the calibration
 PLANES = (("x", "y"), ("x", "z"), ("y", "z"))
 
@@ -52,7 +52,7 @@ def draw_gap(axes: Axes, found: MagnetometerCalibration, plane: tuple[str, str])
     middle = found.gap_direction
     across = np.linalg.svd(middle[None])[2][1:]
     turn = np.linspace(0, 2 * np.pi, 73)
-    # Rings of the cap from its middle to its rim: together they show it from every side.
+    # Rings of the cap from its centre to its rim: they are visible from any direction.
     for angle in np.linspace(0, found.gap_rad, 12)[1:]:
         rim = np.cos(angle) * middle + np.sin(angle) * (np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1])
         axes.plot(*(found.strength * rim[:, pair]).T, color=ORANGE, lw=0.9, alpha=0.6, zorder=1)

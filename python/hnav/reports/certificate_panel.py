@@ -8,7 +8,7 @@ from typing import Any
 from hnav.reports.panels import panel, table
 from hnav.systems.results import Run
 
-# Key in certificate.json, unit, what it says. Those that were not reached are null there and are left out.
+# Key in certificate.json, unit, meaning. Figures that were not reached are null in the file and are left out.
 FIGURES = (
     ("longest_window", "", "corrections in the longest window, which ends when every sensor was seen"),
     ("unfinished", "", "corrections at the end in a window that did not end: the error is bounded there, no decay is claimed"),

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from hnav.reports.plots import BLUE, FAINT, INK, VERMILION, figure, legend_above, styled
 
-LEAST_SHOWN = 1e-8  # of the level
+LEAST_SHOWN = 1e-8  # smallest V shown, as a share of the level
 
 
 class Starts(Protocol):
@@ -22,7 +22,7 @@ class Starts(Protocol):
 
 
 class Certificate(Protocol):
-    """What the picture takes of a certificate of n corrections; hnav.certify.certificate has the meaning of each."""
+    """The figures of a certificate of n corrections for the picture; hnav.certify.certificate has the meaning of each."""
 
     name: str
     certified: bool

@@ -1,4 +1,4 @@
-"""Errors of trajectories against a reference, after their clocks and frames are aligned as far as it is asked for.
+"""Errors of trajectories against a reference, after the requested alignment of clocks and frames.
 
     found = compare(read_trajectory("truth.txt"), read_trajectory("estimate.csv"), align=("clock", "world"))
     for figure in found.figures: print(figure)
@@ -25,13 +25,13 @@ ALIGN = ("clock", "world", "body", "place", "scale")
 GRID_S = 0.01
 """Of the speeds that clocks are found by."""
 WINDOW_S = 0.1
-"""Speeds are differences over so long: corrections of a filter are no motion."""
+"""Interval in s of the differences that give speeds: short ones would take corrections of a filter for motion."""
 NEIGHBOURS = 5
-"""Steps of the grid on either side of the best one, by whose misfits a parabola finds what lies between steps."""
+"""Grid steps on either side of the best one; a parabola through their misfits interpolates the offset."""
 LEAST_S = 2.0
 """Of the common time of two clocks."""
 TURN_S = 0.5
-"""Turns over so long determine the rotation between two bodies."""
+"""Interval in s of the turns that determine the rotation between two bodies."""
 ROUNDS = 30
 """Of alternating between both sides; each makes the residual smaller."""
 ENU_OF_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
@@ -48,7 +48,7 @@ class ErrorFigure:
     unit: str
     """deg, m or m/s."""
     values: Array
-    """Sizes, one for each row that is compared."""
+    """Norms of the error, one for each compared row."""
     t_s: Array
     """Their times, by the clock of the reference."""
     nees: float = np.nan
@@ -61,7 +61,7 @@ class ErrorFigure:
 
     @property
     def median(self) -> float:
-        """Half of the errors are smaller."""
+        """Median of the errors."""
         return float(np.median(self.values))
 
     @property
@@ -81,7 +81,7 @@ class Comparison:
     figures: list[ErrorFigure]
     """Of what both have."""
     found: dict[str, str]
-    """What was aligned, and by how much."""
+    """The alignments and their sizes."""
 
 
 def compare(
@@ -141,7 +141,7 @@ def known(mine: Trajectory, true: Trajectory, name: str) -> np.ndarray:
 
 
 def clock_offset_s(reference: Trajectory, other: Trajectory) -> float:
-    """What the times of other lack to those of the reference: where the speeds of both, of turning or else of moving, differ least."""
+    """The offset in s to add to the times of other, at which the angular rates, or else the speeds, of both differ least."""
     from scipy.signal import correlate
 
     name = next(

@@ -1,4 +1,4 @@
-"""The page about a comparison: all trajectories over each other, their errors, and a table."""
+"""The page about a comparison: overlaid trajectories, their errors, and a table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of what the INS and observers estimate, with three sigma, over time."""
+"""Pictures of the estimates of the INS and of observers over time, with three sigma."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WIDTH_PX, ROW_PX = 850, 190
 
 
 def draw_navigation(run: InsRun) -> plots.Figure:
-    """The way north and east from the first place, height, speed and heading; faint where they are not ready."""
+    """The track north and east of the first position, height, speed and heading; faint where they are not ready."""
     t_s, known = _from_zero(run.t_s), np.flatnonzero(np.isfinite(run.place).all(axis=1))
     origin = run.place[known[0]] if len(known) else np.zeros(3)
     way = (position_of(run.place) - position_of(origin)) @ axes_at(origin)

@@ -17,7 +17,7 @@ FAULT_COLOUR = "#F3E9DC"
 
 
 def _rows(flight: list[Channel], titles: list[str], draw_row: Callable[[go.Figure, int, Channel], None]) -> go.Figure:
-    """Axes for each state, a row each, and shaded the time of its fault."""
+    """Axes for each state in a row of its own; the time of its fault is shaded."""
     figure = grid_of(len(flight), len(titles), titles)
     for row, channel in enumerate(flight, 1):
         draw_row(figure, row, channel)

@@ -1,4 +1,4 @@
-"""Simulated flights of an aircraft whose INS has coloured errors: what each filter makes of each state.
+"""Simulated flights of an aircraft whose INS has coloured errors: the estimates of each filter for each state.
 
     for channel in channels(read_run(DIR)): ...
 
@@ -27,7 +27,7 @@ WORDS = {
     "u": "forward velocity", "w": "downward velocity", "q": "pitch rate", "theta": "pitch",
     "v": "side velocity", "p": "roll rate", "r": "yaw rate", "phi": "roll", "psi": "yaw", "beta": "sideslip",
 }  # fmt: skip
-# Fewer samples do not determine the mean error of a stretch.
+# Smallest number of samples for the mean error of a stretch.
 FEWEST = 10
 
 
@@ -150,7 +150,7 @@ def colour(filter: str) -> str:
 def draw_flight(flight: list[Channel]) -> Figure:
     """A column a state: truth and estimates, errors with three sigma of the last filter, its fault probability; the time
     of the fault is shaded."""
-    # Matplotlib takes a while to load, and the page does without.
+    # Matplotlib takes a while to load, and the page does not need it.
     from hnav.reports.plots import figure, styled
 
     with styled():

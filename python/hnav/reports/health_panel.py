@@ -38,7 +38,7 @@ def health_panel(run: Run) -> go.Figure:
     for estimate in estimates(run):
         for sensor in dict.fromkeys(finding.sensor for finding in _found(estimate)):
             rows.append(f"{estimate.name}  {sensor}")
-            assert estimate.health is not None, "what was found was found in it"
+            assert estimate.health is not None, "findings need a health record"
             _draw(figure, rows[-1], run.t_s, estimate.health[:, HEALTH_SENSORS.index(sensor)], named)
     figure.update_yaxes(categoryorder="array", categoryarray=rows[::-1], showgrid=False)
     figure.update_xaxes(title_text="time / s")
@@ -49,7 +49,7 @@ def health_panel(run: Run) -> go.Figure:
 
 
 def _draw(figure: go.Figure, row: str, t_s: np.ndarray, states: np.ndarray, named: set[str]) -> None:
-    # The worst of each block: no state of a single row falls between the drawn points.
+    # The worst state of each block, so that decimation hides no single row.
     starts = blocks(len(t_s), BLOCKS)
     drawn = list(spells(t_s[starts], np.maximum.reduceat(states, starts)))
     for state in SENSOR_STATES[1:]:

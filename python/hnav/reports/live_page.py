@@ -22,7 +22,7 @@ from hnav.reports.plain_page import plain_page, text_of
 LOCAL = "127.0.0.1"
 PORT = 8765
 INTERVAL_S = 0.02
-"""Between two states of a browser: half of a screen's frames miss nothing."""
+"""Interval in s between two states for a browser: every second frame of a screen."""
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'"
 
 
@@ -51,7 +51,7 @@ class LivePage:
 
     @property
     def url(self) -> str:
-        """What to open."""
+        """The address of the page."""
         return f"http://{self.host}:{self.port}/"
 
     def __enter__(self) -> LivePage:
@@ -72,7 +72,7 @@ class LivePage:
             self._fresh.notify_all()
 
     def _answer(self, connection: Any, request: Any) -> Any:
-        """The page, the websocket, or a refusal of what another site has a browser ask for."""
+        """Answers with the page or the websocket; refuses requests that come from another site."""
         host, origin = request.headers.get("Host", ""), request.headers.get("Origin")
         foreign = self.host == LOCAL and host not in self._names
         if foreign or (origin is not None and urlsplit(origin).netloc != host):

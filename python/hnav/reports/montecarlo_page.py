@@ -1,4 +1,4 @@
-"""The page about many runs of a system: how their figures are distributed, a table, and the worst runs with the command that opens them."""
+"""The page about many runs of a system: distributions of their figures, a table, and the worst runs with the command that opens them."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ SHOWN = {
     "position_worst_m": "worst place error since ready / m",
 }  # fmt: skip
 """Figures of a run, as far as the table has them, and their titles."""
-WORST = 10  # runs
-POINTS = 400  # of a line
+WORST = 10  # worst runs in the table
+POINTS = 400  # most points of a line
 
 
 @dataclass(frozen=True)

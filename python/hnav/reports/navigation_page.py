@@ -42,7 +42,7 @@ def write_navigation_report(
 
 
 def view(run: InsRun, recording: Recording | None = None) -> View:
-    """The run as the panels want it."""
+    """The run in the form of the panels."""
     begin_s = run.t_s[0] if len(run.t_s) else 0.0
     aids = {} if recording is None else recording.aids
     within = (
@@ -54,7 +54,7 @@ def view(run: InsRun, recording: Recording | None = None) -> View:
 
 
 def facts(seen: View) -> list[tuple[str, str]]:
-    """The figures that somebody would copy."""
+    """The figures as text to copy."""
     run, known = seen.run, np.flatnonzero(seen.known)
     if not len(known):
         return [("rows", str(len(run.t_s))), ("estimate", "none: the filter waits for satellites, or for rate and force")]

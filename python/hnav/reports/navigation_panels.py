@@ -1,4 +1,4 @@
-"""What pages show of a filter that navigates: track, heights, speeds, heading on its circle, what is known when, and how well."""
+"""Panels of a navigation filter: track, heights, speeds, heading, phases and sigmas."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hnav.reference.earth import axes_at, position_of
 from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from hnav.reports.panels import Panel, band, blocks, dots, extremes, grid_of, line, panel_of, small, span, translucent
 
-OUTAGE_INTERVALS, OUTAGE_S = 3.0, 2.0  # without a fix for so many usual intervals, and for so long
+OUTAGE_INTERVALS, OUTAGE_S = 3.0, 2.0  # an outage lasts at least this many usual intervals, and this long
 CIRCLE_POINTS = 500
 BAR_PX = 30
 PHASE_COLOURS = dict(zip(PHASES, (FAINT, ORANGE, SKY, GREEN)))
@@ -24,7 +24,7 @@ READY_COLOURS = dict(zip(READY, (PURPLE, BLUE, GREEN, SKY)))
 
 @dataclass(frozen=True)
 class View:
-    """A run beside what it was made of; times from its first row on."""
+    """A run with its recording; times count from the first row."""
 
     run: InsRun
     t_s: Array
@@ -94,7 +94,7 @@ def _track(seen: View) -> go.Figure:
 
 
 def _apart(north: Array, east: Array) -> bool:
-    """Whether both ends of the track can have a name of their own."""
+    """Whether the ends of the track are far enough apart for two labels."""
     return bool(np.hypot(np.ptp(north), np.ptp(east)) > 30)
 
 

@@ -1,4 +1,4 @@
-"""Panels of the report about a simulation with a filter that navigates: those of a recording, and the errors that only a truth shows."""
+"""Panels of the report about a simulation with a navigation filter: those of a recording, and errors against the truth."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def has_navigators(run: Run) -> bool:
 
 
 def view_of(run: Run) -> View:
-    """The first filter that navigates, as the panels of a recording want it."""
+    """The first navigation filter, in the form of the panels of a recording."""
     seen = navigators(run)[0]
     name = seen.name
 

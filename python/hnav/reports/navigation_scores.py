@@ -1,4 +1,4 @@
-"""Errors of a navigation against the truth, and what they grow to without satellites.
+"""Errors of a navigation run against the truth, and their growth during outages of the satellites.
 
 An outage begins where the filter navigates, and every so often after it: from there a copy of the filter goes on without
 satellites, pressure and wheels as they are, and its position at the end is compared with the truth. NEES as in hnav.reports.scores,
@@ -52,9 +52,9 @@ class Figure:
     """Of one quantity."""
 
     name: str
-    """What it is."""
+    """Name of the quantity."""
     unit: str
-    """Of rms and worst."""
+    """Unit of rms and worst."""
     rms: float
     """Root mean square of its length."""
     worst: float
@@ -81,12 +81,12 @@ class Outage:
 
 @dataclass(frozen=True)
 class NavigationScore:
-    """What a recording and its truth say of a filter."""
+    """Scores of a filter on a recording with truth."""
 
     ready_s: float
     """From the first row to the first heading_ready; NaN: never."""
     is_false: bool
-    """The heading was called ready, and was off by more than three sigmas and 5 deg."""
+    """Whether a ready heading had an error above three sigmas and 5 deg."""
     begin_s: float
     """From the first row: rows from there on are compared."""
     figures: list[Figure]

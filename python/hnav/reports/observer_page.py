@@ -1,4 +1,4 @@
-"""The page about an observer's run: what it estimates with bands, what its samples brought, and what its derivatives are worth."""
+"""The page about an observer's run: estimates with bands, innovations, and the check of its derivatives."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from hnav.reports.panels import Panel, band, dots, grid_of, line, panel_of, tabl
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-WINDOW = 50  # samples of a running mean, as the observer's own
-MOST_MARKS = 100  # of each kind, that a browser draws quickly
+WINDOW = 50  # samples of a running mean, as in the findings of the observer
+MOST_MARKS = 100  # of each kind: a browser draws more too slowly
 USUAL_MEAN = (0.47, 1.79)  # where 99.9 % of such means of NIS lie
 
 
 @dataclass(frozen=True)
 class View:
-    """A run beside what it was made of; times from its first row on, so that those of a clock since 1970 can be drawn."""
+    """A run with its plan and samples; times count from the first row, so that clocks since 1970 can be drawn."""
 
     run: ObserverRun
     t_s: Array
@@ -38,7 +38,7 @@ class View:
     sensors: dict[str, float]
     """Their sigmas."""
     found: list[Finding]
-    """What stood out."""
+    """The findings."""
 
     def label(self, name: str) -> str:
         return f"{name} / {self.units[name]}" if self.units.get(name) else name
@@ -91,7 +91,7 @@ def _rows(seen: View, names: list[str], draw: Callable[[go.Figure, int, str], No
 
 
 def _mark(figure: go.Figure, seen: View) -> None:
-    """What stood out as bands of time, events of the plant as lines."""
+    """Findings as bands of time, events of the plant as lines."""
     if len(seen.t_s) == 0:
         return
     for one in seen.found[:MOST_MARKS]:
@@ -126,7 +126,7 @@ def _innovations(seen: View) -> go.Figure:
 
 
 def _shown_to(sigma: Array, innovation: Array) -> float:
-    """How far innovations are drawn: the wide band of a start would leave a line of the rest."""
+    """Axis limit of the innovations: the wide initial band would flatten the others."""
     return float(max(1.3 * np.quantile(3 * sigma, 0.9), 1.1 * np.quantile(np.abs(innovation), 0.998))) or 1.0
 
 

@@ -33,7 +33,7 @@ try:
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
 
-# In the order of the page; what they cost comes last.
+# In the order of the page; computing times are last.
 PANELS: tuple[Panel, ...] = (
     body_panel,
     *ATTITUDE_PANELS,
@@ -80,7 +80,7 @@ def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Pan
     links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
     return "\n".join([
         "<!doctype html>", '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
-        # An empty icon: a browser would ask a server for one.
+        # An empty icon, so that the browser requests none from a server.
         f'<meta name="color-scheme" content="light dark"><title>{escape(title)}</title><link rel="icon" href="data:,"><style>{style}</style>',
         f"<script>{get_plotlyjs()}</script></head><body>",
         head, f"<nav>{links}</nav><main>", figures, *(section(p, run) for p in panels), f"</main><script>{script}</script></body></html>",
@@ -119,7 +119,7 @@ def header(run: Run) -> str:
 
 
 def parameters(run: Run) -> str:
-    """All that was set, folded away."""
+    """All settings, folded."""
     chosen = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in run.about["parameters"].items()}
     rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in chosen.items())
     return f"<details><summary>{len(chosen)} parameters set</summary><table>{rows}</table></details>" if rows else ""
@@ -179,7 +179,7 @@ def plot(name: str, figure: go.Figure, run: Any) -> str:
     figure.update_layout(LAYOUT)
     figure.update_xaxes(AXIS)
     figure.update_yaxes(AXIS)
-    # Titles of columns as the panels' own headings: small and at rest.
+    # Titles of columns look like the headings of the panels and do not move.
     figure.update_annotations(font=dict(size=12, color="#333333"))
     # Titles of columns stand below the toolbar.
     figure.update_layout(height=figure.layout.height or 450, margin=dict(t=56 if figure.layout.annotations else 36))
@@ -189,7 +189,7 @@ def plot(name: str, figure: go.Figure, run: Any) -> str:
     columns = len({tuple(axis.domain) for axis in figure.select_xaxes() if axis.domain}) or 1
     data = figure.to_json()[:-1] + f',"config":{json.dumps(CONFIG)}}}'
     width = f' style="min-width: {COLUMN_REM * columns}rem"' if columns > 1 else ""
-    # No text in the data may end the element that holds it.
+    # Text in the data must not close the script element.
     held = data.replace("</", r"<\/")
     held = f'<script type="application/json" id="data-{name}">{held}</script>'
     return f'<div class="scroll"><div id="{name}" class="plotly-graph-div"{width}></div></div>{held}'

@@ -1,4 +1,4 @@
-"""What panels of the report are made of, drawn by Plotly: lines, dots, bands and axes that share time.
+"""Elements of the panels, drawn by Plotly: lines, dots, bands and axes that share time.
 
 Colours as in hnav.reports.colours: truth in ink, the filters in colours that people with any kind of colour vision can distinguish
 apart, named in every legend as well.
@@ -28,8 +28,8 @@ ROW_PX = 190
 
 @dataclass(frozen=True)
 class Panel:
-    """title, note (how to read it) and lines (what the run says) stand above what draw makes of a run for which applies is
-    true: a figure, or HTML."""
+    """A panel: title, note (how to read it) and lines (results of the run) above the output of draw, a figure or HTML. It is
+    shown for runs for which applies is true."""
 
     name: str
     title: str
@@ -84,7 +84,7 @@ def extremes(values: np.ndarray, points: int = POINTS) -> np.ndarray:
 
 
 def small(values: np.ndarray) -> np.ndarray:
-    """As the page holds numbers: seven digits are more than any screen shows."""
+    """Numbers rounded to seven digits, more than a screen can show."""
     return values.astype(np.float32)
 
 

@@ -55,14 +55,14 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 8.5,
     "lines.linewidth": 1.3,
     "figure.facecolor": "white",
-    # The renderer refuses a path of millions of points in one piece.
+    # The renderer cannot draw a path of millions of points as one chunk.
     "agg.path.chunksize": 20000,
 }
 
 # The axis of NIS ends here, and its running means take this many windows at most over the whole recording.
 NIS_FLOOR, NIS_WINDOWS = 1e-7, 100
 
-# Beyond this pitch roll and yaw jump about without meaning; the quaternion is drawn instead.
+# Beyond this pitch roll and yaw are ill-defined; the quaternion is drawn instead.
 EULER_PITCH_LIMIT_DEG = 80.0
 
 

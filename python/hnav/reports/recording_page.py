@@ -1,4 +1,4 @@
-"""The page about a recording: what a filter made of it, the figures that somebody would copy, and the panels that apply."""
+"""The page about a recording: estimates of a filter, figures to copy, and the panels that apply."""
 
 from __future__ import annotations
 

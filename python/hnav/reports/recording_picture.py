@@ -1,4 +1,4 @@
-"""One picture of what a filter made of recordings: attitude, differences, innovations and bias over time."""
+"""One picture of filter runs over recordings: attitude, differences, innovations and bias over time."""
 
 from __future__ import annotations
 

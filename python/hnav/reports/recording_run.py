@@ -1,4 +1,4 @@
-"""What a filter made of a recording, beside another attitude where there is one."""
+"""A filter run over a recording, with a reference attitude if there is one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 from hnav.rotations import quaternion_product
 
-# The start is left out of the comparison: the filter has one sample of each sensor there, a device has its past.
+# The start is not compared: the filter begins with one sample of each sensor, the device has converged before.
 SETTLING_S = 1.0
 # Turns east-north-up axes into north-east-down ones: half a turn about the bisector of the first two.
 TO_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
@@ -21,13 +21,13 @@ TO_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
 
 @dataclass(frozen=True)
 class RecordingRun:
-    """A recording, what the filter made of it, and where the reference attitude is from ("" if there is none)."""
+    """A recording, the filter run, and the source of the reference attitude ("" if there is none)."""
 
     recording: Recording
     result: Result
     reference: str
     filter: str
-    findings: tuple[str, ...] = ()  # what was noticed of the recording before the filter saw it, a line each
+    findings: tuple[str, ...] = ()  # findings about the recording, a line each
 
     @property
     def frame(self) -> str:

@@ -1,4 +1,4 @@
-"""What a filter made of a recording, as the panels see a simulation: the signals by the names of the FMUs' variables.
+"""A filter run over a recording, in the form of a simulation for the panels: the signals by the names of the FMUs' variables.
 
 The recording is a component `sensor`, its reference attitude a component `reference`, and the filter goes by its name. Times
 count from the first row.
@@ -24,7 +24,7 @@ EPOCH_S = (1e8, 1e10)  # times within are taken for seconds since 1970
 
 
 def view(run: RecordingRun) -> Run:
-    """The run as the panels want it."""
+    """The run in the form of the panels."""
     result, t_s = run.result, run.recording.t_s - run.recording.t_s[0]
     columns = {f"{run.filter}.{name}": values for name, values in _filter_columns(run).items()}
     components: dict[str, dict[str, str]] = {run.filter: {}}
@@ -60,7 +60,7 @@ def _filter_columns(run: RecordingRun) -> dict[str, np.ndarray]:
         used = np.isfinite(nis)
         columns |= {f"nis.{sensor}": nis, f"count.{sensor}_used": np.cumsum(used).astype(float)}
         if result.accepted is not None and used.any():
-            # What was said of the last sample holds; before the first nothing was.
+            # The values of the last sample are held; before the first sample there are none.
             columns[f"gate.{sensor}_ok"] = ((~used | result.accepted[:, column]) & (np.cumsum(used) > 0)).astype(float)
     return columns | {f"health.{sensor}.state": result.health[:, i] for i, sensor in enumerate(HEALTH_SENSORS)}
 
@@ -77,7 +77,7 @@ def field_n(run: RecordingRun) -> np.ndarray:
 
 
 def rates(run: RecordingRun) -> list[tuple[str, str]]:
-    """What is known of each sensor's samples: its name, rate and number; empty without a recording."""
+    """Name, rate and number of samples of each sensor; empty without a recording."""
     found = []
     arrays = (run.recording.rate_b_rad_s, run.recording.force_b_m_s2, run.recording.field_b_tesla)
     for sensor, values in zip(HEALTH_SENSORS, arrays):

@@ -37,7 +37,7 @@ def write_sensor_report(name: str, found: SensorCalibration, rows: Sequence[Sequ
 
 
 def write_refusal(recording: Recording, reason: str, file: Path) -> None:
-    """Writes the page of a recording that is not enough: its attitudes, and which is missing most. Raises HnavError."""
+    """Writes the page of an insufficient recording: its attitudes, and the direction of the largest gap. Raises HnavError."""
     try:
         directions = unit_vectors(rests_of(recording).force)
     except ValueError:  # not even two rests

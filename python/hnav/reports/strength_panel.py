@@ -28,7 +28,7 @@ def applies(run: Run) -> bool:
 
 
 def lines(run: Run) -> list[str]:
-    """How far both spread."""
+    """The spread of strength and dip."""
     _, strength, dip = _strength_and_dip(run)
     return [
         f"strength: median {np.median(strength):.2f} µT, {_spread(strength, 'µT')}",

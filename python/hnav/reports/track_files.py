@@ -17,9 +17,9 @@ from hnav.reference.earth import axes_at, position_of
 
 TUM, GPX = ".tum", ".gpx"
 POINT_S = 0.2
-"""Between points of a GPX track: maps draw no more."""
+"""Interval in s between points of a GPX track: maps need no more."""
 CLOCK_S = 1e8
-"""Later times are those of a clock since 1970; others have no date, and are left out."""
+"""Times in s above this count from 1970; others have no date and are left out."""
 
 
 def write_tum(path: Path, runs: Iterable[Run] | Iterable[InsRun]) -> None:

@@ -1,1 +1,1 @@
-"""What drives filters: plants and sensors of the C library."""
+"""Plants and sensors of the C library that provide input for filters."""

@@ -55,13 +55,13 @@ class Control:
 
     def at(self, t_s: Array) -> Array:
         """Its values at these times, of the same shape."""
-        # Rounding must not decide the sign where the sine is zero.
+        # At zeros of the sine, rounding must not determine the sign.
         return self.amplitude * np.sign(np.round(np.sin(2 * np.pi * t_s / self.period_s + self.phase_rad), 9))
 
 
 @dataclass(frozen=True)
 class Fault:
-    """White noise of a channel that is too large for a while."""
+    """A fault: increased white noise of a channel over some samples."""
 
     channel: int
     """Its index."""

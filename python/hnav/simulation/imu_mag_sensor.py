@@ -34,11 +34,11 @@ class Reading(Record):
     value: Array
     """3, sensor axes: rad/s, m/s2 or tesla."""
     t_meas_s: float
-    """When it was sampled."""
+    """Time of sampling in s."""
     count: int
     """Samples delivered so far; 0: none, the rest is zero."""
     missed: int
-    """Samples that the distance of the communication points lost."""
+    """Samples lost because communication points were too far apart."""
     dropped: int
     """Samples that were taken and are never delivered."""
 
@@ -90,7 +90,7 @@ class ImuMagSensor(StatefulObject):
         self._call("advance", t_s)
 
     def next_event_s(self) -> float:
-        """When a sample is due or delivered next."""
+        """Time in s at which the next sample is due or delivered."""
         time = ffi.new("double *")
         self._call("next_event_s", time)
         return float(time[0])

@@ -1,4 +1,4 @@
-"""A turntable of three axes in closed form: what a body on it does, and what error-free sensors at its centre would read.
+"""A turntable of three axes in closed form: the motion of a body on it, and the readings of error-free sensors at its centre.
 
     table = Turntable(yaw_motion="sine", yaw_amplitude_rad=1.0)
     table.at(2.5).rate_b_rad_s
@@ -24,7 +24,7 @@ from hnav.native.options import OptionSet, complete
 
 @dataclass(frozen=True, eq=False)
 class Truth(Record):
-    """What a body does at an instant, and what error-free sensors at its centre read."""
+    """Motion of the body at an instant, and readings of error-free sensors at its centre."""
 
     t_s: float
     """The instant."""
@@ -75,7 +75,7 @@ class Turntable(LibraryObject):
         return Turntable, (self._options,)
 
     def at(self, t_s: float) -> Truth:
-        """What the body does at t_s. Raises HnavValueError for times that are not finite."""
+        """The motion at t_s. Raises HnavValueError for times that are not finite."""
         return Truth.read(self._filled("hnav_truth", "at", t_s))
 
     def in_piece(self, piece_s: float, t_s: float) -> Truth:

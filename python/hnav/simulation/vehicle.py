@@ -40,7 +40,7 @@ class VehicleOptions(OptionSet):
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What a vehicle does at n instants."""
+    """The motion of a vehicle at n instants."""
 
     t_s: Array
     """n."""

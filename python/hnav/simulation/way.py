@@ -1,4 +1,4 @@
-"""A way through points: where a vehicle of the kind way is at which times.
+"""A way through points: the positions of a vehicle of the kind way over time.
 
     way = Way(t_s=[0, 10, 20, 25], north_m=[0, 100, 100, 100], east_m=[0, 0, 80, 80])      # stands at the end
     drive = Vehicle(way=way, mean_over_s=0.01).run(np.arange(2501) / 100)
@@ -23,7 +23,7 @@ from hnav.native.arrays import Array
 from hnav.native.library import ffi, library, new
 
 FMU_POINTS = 32
-"""As many have parameters of Vehicle.fmu."""
+"""Number of points that Vehicle.fmu has parameters for."""
 _LEVEL = ("north_m", "east_m", "up_m")
 _PLACES = ("lat_deg", "lon_deg", "alt_m")
 

@@ -1,1 +1,1 @@
-"""Systems of FMUs in closed loop, the plants and sensors in them, and what a finished simulation holds."""
+"""Systems of FMUs in closed loop, the plants and sensors in them, and finished simulations."""

@@ -10,7 +10,7 @@ import numpy as np
 from hnav.io.model_files import ModelFile, model_files
 from hnav.simulation.aircraft import Aircraft, Channel, Control, Fault
 
-LARGEST = 1e12  # in any unit; beyond lies nothing but overflow
+LARGEST = 1e12  # in any unit; larger numbers would overflow
 MOST = 32  # states, and inputs
 DISPLAY = {("rad", "deg"): 180 / np.pi, ("rad/s", "deg/s"): 180 / np.pi}
 
@@ -49,7 +49,7 @@ def read_aircraft(path: str | Path) -> Aircraft:
 
 
 class _AircraftFile(ModelFile):
-    """Entries as what they must be. KeyError: an object in a list lacks an entry."""
+    """Entries checked for their type. KeyError: an object in a list lacks an entry."""
 
     def objects(self, name: str, default: list[dict[str, Any]] | None = None) -> list[dict[str, Any]]:
         value = self.entry(name) if default is None else self.data.get(name, default)

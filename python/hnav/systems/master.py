@@ -29,19 +29,19 @@ from hnav.fmi.points import check_points
 from hnav.io.outputs import OutputError
 from hnav.systems.structure import Component, Connection, System, refuse
 
-# Everything that is put out but the covariances of the bias: the 3 x 3 of the rotation is enough for a NEES.
+# All outputs except the covariances of the bias: the 3 x 3 block of the rotation is enough for the NEES.
 RECORDED, UNRECORDED = ("*",), re.compile(r".*\.cov\.P\[\d,[456]\]")
 LOST = re.compile(r"(.+\.)?missed")  # counters of samples that fell between two communication points
-STEP_SLACK = 1e-9  # of a step: a stop time that is a whole number of steps but for rounding
+STEP_SLACK = 1e-9  # share of a step: rounding error of a stop time that is a whole number of steps
 PROGRESS_PARTS = 200
-CROSSING = ("real", "integer", "boolean")  # the types whose variables cross together
+CROSSING = ("real", "integer", "boolean")  # types whose variables are transferred in one call
 
 
 @dataclass
 class Record:
-    """What a run left: a column (float64, one value per communication point) for each recorded "component.variable".
+    """The result of a run: a column (float64, one value per communication point) for each recorded "component.variable".
 
-    Booleans are 0 and 1. `failure` says why the run ended early ("" if it did not); the columns end there.
+    Booleans are 0 and 1. `failure` states why the run ended early ("" if it did not); the columns end there.
     """
 
     t_s: np.ndarray
@@ -93,7 +93,7 @@ def run_system(
 
 
 def _places(system: System, parts: Sequence[_Part]) -> dict[tuple[str, str], int]:
-    """Where a value stands in the vector of all: the inputs of the system, then what the components put out."""
+    """Index of a value in the vector of all values: the inputs of the system, then the outputs of the components."""
     values = [("", name) for name in _input_names(system)] + [(part.name, name) for part in parts for name in part.read]
     return {value: i for i, value in enumerate(values)}
 
@@ -101,7 +101,7 @@ def _places(system: System, parts: Sequence[_Part]) -> dict[tuple[str, str], int
 def _record(
     parts: Sequence[_Part], place: Mapping[tuple[str, str], int], points: np.ndarray, table: np.ndarray, done: int, failure: str
 ) -> Record:
-    """What is to be kept of the first `done` rows."""
+    """The recorded columns of the first `done` rows."""
     recorded = [(part, name) for part in parts for name in part.recorded]
     return Record(
         t_s=points[:done],
@@ -214,7 +214,7 @@ class _Part:
         self.wall_s += time.perf_counter() - begin
 
     def fetch(self, row: np.ndarray) -> None:
-        """The outputs into their places of the row."""
+        """Reads the outputs into their columns of the row."""
         for cross, view, place in self._gets:
             cross()
             row[place] = view
@@ -225,7 +225,7 @@ def _crosses_as(kind: str) -> str:
 
 
 def _block(fmu: Fmu, kind: str, names: list[str], place: slice | np.ndarray, into: bool) -> _Block:
-    """into: the FMU; else out of it."""
+    """into: writes to the FMU; else reads from it."""
     element = {"real": C.c_double, "integer": C.c_int32, "boolean": fmu.boolean_type}[kind]
     values = (element * len(names))()
     cross = fmu.crossing("Set" if into else "Get", kind, fmu.references(names), values)

@@ -35,14 +35,14 @@ from hnav.systems.ssp_reader import system_files
 from hnav.systems.statistics import finite_mean
 from hnav.systems.structure import System, refuse
 
-# What the figures need of a run, and no more: the files of 200 runs stay in memory.
+# Only signals that the figures need are recorded: the files of 200 runs stay in memory.
 RECORDED = (
     "*.truth.latitude", "*.truth.longitude", "*.truth.height", "*.truth.euler[3]", "*.nav.*", "*.att.heading",
     "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
 )  # fmt: skip
 NEES_AT_S = (10.0, 30.0, 60.0)
 COMMAND = "simulate"
-"""Of the table's attrs: the command that runs one of them again, but for its scenario and seed."""
+"""Key of the table's attrs: the command that repeats a run, without scenario and seed."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class _Kept:
         self.ended = False
 
     def go_if_ended(self) -> None:
-        """Once: the lock is not given back."""
+        """Closes the system once: the lock stays held."""
         if self.ended and self.in_use.acquire(blocking=False):
             self.system.__exit__()
 
@@ -88,7 +88,7 @@ _kept: dict[tuple[str, int, str, bool], _Kept] = {}
 
 
 def unload(command: str) -> None:
-    """What was loaded for this command goes."""
+    """Closes the systems that were loaded for this command."""
     for place in [place for place in list(_kept) if place[0] == command]:
         kept = _kept.pop(place)
         kept.ended = True
@@ -111,7 +111,7 @@ def rows_of(job: Job, command: str | None = None) -> list[Row]:
         return [_failed(job, str(error))]
     with kept.in_use:
         rows = _rows_of(job, kept.system)
-    if rows[0]["failure"]:  # what a failure leaves in an FMU is undefined
+    if rows[0]["failure"]:  # the state of an FMU after a failure is undefined
         _kept.pop(place, None)
         kept.ended = True
     kept.go_if_ended()
@@ -183,7 +183,7 @@ def finished_runs(file: Path, work: Sequence[Job], system: System) -> RecordFile
 
 
 def _one_or_all(values: Sequence[Any]) -> Any:
-    """What all have in common, else what each has."""
+    """The common value of all runs, else the values of each run."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 
@@ -219,7 +219,7 @@ def simulate_command(job: Job) -> str:
 
 
 def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row], bool]]:
-    """Number of the job, its rows and whether it came to an end of its own, as they get finished."""
+    """Number of the job, its rows and whether it ended by itself, in order of completion."""
     command = uuid.uuid4().hex
 
     def failed(job: Job, reason: str) -> list[Row]:
@@ -229,7 +229,7 @@ def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | Non
 
 
 def need_parquet() -> None:
-    """Raises HnavError where no Parquet can be written, which is better known before the runs."""
+    """Raises HnavError before the runs when Parquet cannot be written."""
     if importlib.util.find_spec("pyarrow") is None:
         refuse("Parquet needs pyarrow: python -m pip install pyarrow (the extra 'montecarlo')")
 

@@ -36,7 +36,7 @@ OF_BODY = [
     "truth.latitude",
     *(f"truth.{name}[{i}]" for name, n in (("velocity", 3), ("q", 4), ("rate", 3)) for i in range(1, n + 1)),
 ]
-# OMSimulator takes a name that begins with a component's for one of that component: none is called as a group of variables is.
+# OMSimulator attributes a name that begins with a component name to that component: no component is named like a group of variables.
 READ = {"gnss_receiver": [*OF_BODY, "truth.longitude", "truth.height"], "barometer": ["truth.height"], "wheel_sensor": OF_BODY}
 STATED = {
     "gnss_receiver": [
@@ -93,7 +93,7 @@ def _drive(
     heading_deg: float = 0.0,
     unknown_deg: float = 180.0,
 ) -> Values:
-    """What moves, and where; wheels are those of a car."""
+    """Parameters of motion and place; only a car has wheels."""
     on_wheels = kind == "car"
     return {
         "vehicle.motion.kind": kind,
@@ -109,7 +109,7 @@ def _drive(
 def _satellites(
     outage_s: float = 0.0, jump_m: float = 0.0, jump_s: tuple[float, float] = (90.0, 100.0), latency_s: float = PERIOD_S
 ) -> Values:
-    """A fix comes with the inertial sample of its stamp. An open sky, but for an outage from 80 s on, positions that are off to the north, fixes that come late."""
+    """A fix arrives with the inertial sample of the same time stamp. An open sky, but for an outage from 80 s on, positions that are off to the north, fixes that come late."""
     return {
         "gnss_receiver.gnss.stamp_error_s": STAMP_ERROR_S,
         "gnss_receiver.gnss.outlier_probability": OUTLIERS,

@@ -1,4 +1,4 @@
-"""What a finished simulation holds of filters that navigate: errors of place, velocity and heading beside what the filter says of them.
+"""Errors of position, velocity and heading of the navigation filters in a finished simulation, with the stated sigmas.
 
 The names by which such a filter and its truth are known stand here and nowhere else.
 """
@@ -27,7 +27,7 @@ def wrapped(angle: Array) -> Array:
 
 
 def truth_of_place(run: Run) -> str | None:
-    """The component that puts out where the body truly is."""
+    """The component that outputs the true position."""
     return next((c for c in run.components if run.has(c, *(f"truth.{name}" for name in PLACE), "truth.euler[3]")), None)
 
 
@@ -48,7 +48,7 @@ class Navigator:
 
     @cached_property
     def known(self) -> np.ndarray:
-        """n: there is an estimate."""
+        """n: whether there is an estimate."""
         return self.run[f"{self.name}.align.phase"] >= ANY_HEADING
 
     def _where_known(self, values: Array) -> Array:
@@ -92,18 +92,18 @@ class Navigator:
 
     @cached_property
     def ready_row(self) -> int | None:
-        """The first row that says that the heading is ready; None if none does."""
+        """The first row with a ready heading; None if there is none."""
         rows = np.flatnonzero(self.run[f"{self.name}.align.heading_ready"] > 0.5)
         return int(rows[0]) if len(rows) else None
 
     @property
     def ready_s(self) -> float:
-        """NaN if it never comes."""
+        """Time in s at which the heading is ready; NaN if never."""
         return np.nan if self.ready_row is None else float(self.run.t_s[self.ready_row])
 
     @property
     def is_false(self) -> bool:
-        """The heading was called ready, and was off by more than three sigma and five degrees."""
+        """Whether a ready heading had an error above three sigma and five degrees."""
         if self.ready_row is None:
             return False
         off, sigma = abs(self.heading_off_rad[self.ready_row]), self.heading_sigma_rad[self.ready_row]

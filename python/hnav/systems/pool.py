@@ -16,11 +16,11 @@ Answer = TypeVar("Answer")
 
 
 AHEAD = 4
-"""Jobs for each worker that the cluster has at a time: with all of them its memory would grow with their number."""
+"""Jobs per worker that are submitted at a time: with all at once the memory of the cluster would grow with their number."""
 
 
 UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.low-level-log-length": 100}
-"""Of workers on this machine: what Dask notes of every job for its status page grows with their number."""
+"""Settings for local workers: the records of Dask's status page grow with the number of jobs."""
 
 
 def no_end() -> None:
@@ -31,7 +31,7 @@ def results(
     work: Sequence[tuple[int, Job]], call: Callable[[Job], Answer], failed: Callable[[Job, str], Answer], workers: int = 1,
     scheduler: str | None = None, end: Callable[[], None] = no_end,
 ) -> Iterator[tuple[int, Answer, bool]]:  # fmt: skip
-    """Number of the job, its answer and whether it came to an end of its own, as they get finished.
+    """Number of the job, its answer and whether it ended by itself, in order of completion.
 
     workers: processes on this machine; 1 needs no Dask. scheduler: address of a Dask cluster instead. failed: the answer of a job whose
     worker died. end: called in every process when all is done. Raises HnavError if Dask is missing or the scheduler does not answer, and
@@ -66,14 +66,14 @@ def results(
                 answer, finished = future.result(), True
             except OutputError:
                 raise
-            except Exception as error:  # a worker that died takes its run along, not the others
+            except Exception as error:  # a crashed worker loses only its own run
                 answer, finished = failed(job, f"{type(error).__name__}: {error}"), False
             yield i, answer, finished
 
 
 @contextmanager
 def _ending(client: Any, end: Callable[[], None]) -> Iterator[None]:
-    """At the end workers that live on keep nothing of this command."""
+    """Clears the data of this command from workers that continue to run."""
     try:
         yield
     finally:

@@ -12,7 +12,7 @@ from hnav.errors import HnavValueError
 
 @dataclass(frozen=True)
 class Run:
-    """A finished simulation: columns by "component.variable" and what run.json says about it."""
+    """A finished simulation: columns by "component.variable" and the content of run.json."""
 
     t_s: np.ndarray
     columns: dict[str, np.ndarray]

@@ -1,4 +1,4 @@
-"""What must be in the files of a finished simulation before anybody relies on it."""
+"""Checks the files of a finished simulation before they are used."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _is_text(value: object) -> bool:
 
 
 def _is_number(value: object) -> bool:
-    # Larger integers than any float are no numbers of ours.
+    # Integers beyond the range of float are refused.
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300 and math.isfinite(value)
 
 

@@ -1,4 +1,4 @@
-"""What a finished simulation holds for those who draw or count it: truth, filters, errors, samples.
+"""Truth, filters, errors and samples of a finished simulation, for plots and statistics.
 
 The names by which truth and filters are known stand here and nowhere else.
 """
@@ -84,12 +84,12 @@ class Estimate:
         return np.flatnonzero(np.diff(used, prepend=0.0) > 0)
 
     def dimension(self, sensor: str) -> int:
-        """Components of the innovation; a run that does not hold them may say how many there were."""
+        """Components of the innovation; a run without them may state their number."""
         sizes = self.run.about.get("innovation_dimensions", {})
         return int(sizes[sensor]) if sensor in sizes else sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
 
     def ready_s(self, name: str) -> float:
-        """Time of the first row with align.<name>; NaN if it never comes."""
+        """Time of the first row with align.<name>; NaN if there is none."""
         rows = np.flatnonzero(self.run[f"{self.name}.{name}"] > 0.5)
         return float(self.run.t_s[rows[0]]) if len(rows) else np.nan
 
@@ -110,7 +110,7 @@ def estimates(run: Run) -> list[Estimate]:
 
 
 def magnetometer(run: Run) -> str | None:
-    """The component that puts out measured fields."""
+    """The component that outputs the measured field."""
     return next((c for c in run.components if run.has(c, "mag.field[1]", "mag.field[2]", "mag.field[3]")), None)
 
 
@@ -125,7 +125,7 @@ def measured_field(run: Run) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Figures:
-    """What the summary says of a filter; angles in deg, times in s, NaN where it cannot be said."""
+    """Summary of a filter: angles in deg, times in s, NaN for unknown figures."""
 
     rmse_deg: float
     heading_rmse_deg: float

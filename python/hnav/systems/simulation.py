@@ -1,4 +1,4 @@
-"""A simulation of a system of FMUs, and the two files that it leaves for all who look at it afterwards.
+"""A simulation of a system of FMUs, and the two files of its results.
 
 DIR/signals.h5   dataset `t_s` (n) and one dataset (n, float64) for each recorded "component.variable", attribute `unit`
 DIR/run.json     what was run: system, scenario, grade, parameters, seed, step, wall times, lost samples, versions
@@ -52,7 +52,7 @@ class LoadedSystem:
         self._system.__exit__()
 
     def system(self) -> System:
-        """With the parameters that the files bind."""
+        """The system with the parameters that its files bind."""
         return self._system.as_bound()
 
 
@@ -72,7 +72,7 @@ def simulate(
 
     settings: values by "component.parameter", after grade and scenario; text will do. step_s, stop_s None: what the
     system asks for. allow_outside: an archive may name FMUs that are not in it. FMUs are native code, run by this process.
-    A component that fails ends the run: about["failure"] says so and the samples until then are kept. Raises
+    A component that fails ends the run: about["failure"] states why and the samples until then are kept. Raises
     HnavError for what cannot begin.
     """
     with nullcontext(system) if isinstance(system, LoadedSystem) else LoadedSystem(system, allow_outside) as loaded:
@@ -112,7 +112,7 @@ def write_run(run: Run, folder: Path) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """As JSON can say it: numbers that are not finite, which a parameter may be, as text."""
+    """The value for JSON: non-finite numbers, which a parameter may be, as text."""
     if isinstance(value, Mapping):
         return {name: _plain(part) for name, part in value.items()}
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
@@ -150,7 +150,7 @@ def read_run(folder: Path) -> Run:
             units = {name: str(source[name].attrs.get("unit", "")) for name in source if name != "t_s"}
             columns = {name: source[name][()] for name in units}
             t_s = source["t_s"][()]
-    except Exception as error:  # HDF5 raises whatever a damaged file makes it stumble over
+    except Exception as error:  # HDF5 raises errors of any type for a damaged file
         refuse(f"{file}: cannot be read: {(str(error) or type(error).__name__).splitlines()[0]}")
     check_signals(t_s, columns, file)
     return Run(t_s, columns, units, about)

@@ -1,4 +1,4 @@
-"""Archives of systems (.ssp): unpacked within limits, and what a system names is looked for inside.
+"""Archives of systems (.ssp): unpacked within limits; files that a system names are searched inside.
 
 An FMU is native code. Whoever runs an archive runs what is in it, but nothing else of the machine unless it is allowed.
 """
@@ -55,7 +55,7 @@ class SystemFiles:
     room: Room = field(default_factory=lambda: Room(CURE))
 
     def find(self, source: str, what: str) -> Path:
-        """Where a file that the system names would be. Raises HnavError for what an archive may not name.
+        """Where a file that the system names would be. Raises HnavError for a path that an archive may not name.
 
         With allow_outside a source that leads outside is absolute or relative to the folder of the archive.
         """

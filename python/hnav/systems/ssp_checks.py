@@ -1,4 +1,4 @@
-"""What must fit in a system before it runs: connectors and variables, ends of a connection, types and units."""
+"""Checks of a system before it runs: connectors and variables, ends of connections, types and units."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _fmu_units(description: ModelDescription) -> Units:
 
 
 class _End(NamedTuple):
-    """What is known of an end of a connection; type and unit may be left open (empty)."""
+    """An end of a connection; type and unit may be left open (empty)."""
 
     kind: str
     type: str
@@ -77,7 +77,7 @@ def _end(system: System, end: tuple[str, str], units: Units, where: str) -> _End
     if name not in declared:
         refuse(f"{where}: {element or f'system {system.name}'} has no connector {name}")
     if not element:
-        # Seen from inside, the system's inputs give and its outputs take.
+        # Inside the system, its inputs are sources and its outputs are sinks.
         kind = {"input": "output", "output": "input"}.get(declared[name].kind, declared[name].kind)
         return _End(kind, declared[name].type, declared[name].unit, units)
     component = system.components[element]

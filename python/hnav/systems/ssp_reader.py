@@ -1,4 +1,4 @@
-"""Systems as SSP 1.0 describes them: found, read and checked, and named where they are wrong.
+"""Finds, reads and checks systems in SSP 1.0.
 
 A system is an archive NAME.ssp or a folder with SystemStructure.ssd; FMUs that a folder names and does not hold are
 those of the build. Parameter sets (SSV) come from bindings in the SSD, of the system or of a component, and from files
@@ -34,7 +34,7 @@ SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 SSC = "{http://ssp-standard.org/SSP1/SystemStructureCommon}"
 SSV = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}"
 STRUCTURE = "SystemStructure.ssd"
-# FMI 3 splits what SSP 1.0 calls by one name; an enumeration's value is an integer.
+# Types of FMI 3 by their name in SSP 1.0; the value of an enumeration is an integer.
 KIND_OF_TYPE = {
     "Real": "Real", "Float64": "Real", "Float32": "Real", "Boolean": "Boolean", "String": "String", "Enumeration": "Enumeration", "Integer": "Integer",
     **{f"{sign}Int{bits}": "Integer" for sign in ("", "U") for bits in (8, 16, 32, 64)},

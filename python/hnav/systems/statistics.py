@@ -51,7 +51,7 @@ def ratio_interval(numerator: np.ndarray, denominator: np.ndarray, confidence: f
 
 
 def chi_square_interval(dimension: int, probability: float = 0.95) -> tuple[float, float]:
-    """Two-sided: what a sum of `dimension` squared standard normal numbers lies between with this probability."""
+    """Two-sided: bounds of the sum of `dimension` squared standard normal numbers with this probability."""
     low, high = (float(special.chdtri(dimension, 1 - share)) for share in ((1 - probability) / 2, (1 + probability) / 2))
     return low, high
 

@@ -19,11 +19,11 @@ from hnav.filters.options import option_table
 from hnav.fmi.fmus import parameter_values
 from hnav.io.sensors import read_grade
 
-# Far more than anyone counts runs, and a system of many plants stays within 32 bits.
+# Larger than any number of runs, and small enough that the seeds of many plants fit into 32 bits.
 SEED_STRIDE = 1_000_000
 SENSOR_FILE = ".json"
 SENSORS, FILTERS = ("ImuMagSensor", "ImuMagSensorClocks"), {"Ahrs": "ahrs", "Hrekf": "hrekf"}
-"""Models that a sensor file sets: sensors by its figures, filters by the options that these are."""
+"""Models that a sensor file sets: parameters of the sensors, and options of the filters."""
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 # What a parameter of a component may be set to; the text of an enumeration is the name of its item.
 Value = float | int | bool | str
@@ -78,7 +78,7 @@ class Connection:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One entry of a parameter set, before it is held against a component. type: Real, Integer, ...; "" is untyped text."""
+    """One entry of a parameter set, before it is matched to a component. type: Real, Integer, ...; "" is untyped text."""
 
     name: str
     type: str
@@ -153,7 +153,7 @@ class System:
                         self.components[component].parameters[parameter] = graded[name]
 
     def _of_sensor_file(self, file: str) -> list[Parameter]:
-        """What the figures of a file set in sensors and attitude filters; what it does not name stays. Raises HnavError."""
+        """Sets sensors and attitude filters by the figures of a sensor file; other parameters stay. Raises HnavError."""
         grade = read_grade(file)
         if not any(c.description.modelName in SENSORS for c in self.components.values()):
             refuse(f"sensor file {file}: system {self.name} has no component {SENSORS[0]}")
@@ -180,7 +180,7 @@ class System:
             self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 
     def parameters(self) -> dict[str, Value]:
-        """All that is set, by component.parameter; the rest are the FMUs' own start values."""
+        """The values that are set, by component.parameter; others keep the start values of the FMUs."""
         return {f"{c.name}.{name}": value for c in self.components.values() for name, value in sorted(c.parameters.items())}
 
     def _owners(self, name: str, where: str) -> list[tuple[Component, str]]:

@@ -29,7 +29,7 @@ MASTER = (
     f'            <oms:FixedStepMaster description="oms-ma" stepSize="{MASTER_STEP_S:g}" absoluteTolerance="0.0001" relativeTolerance="0.0001"/>\n'
     "          </oms:SimulationInformation>\n        </oms:Annotations>\n      </ssc:Annotation>\n    </ssd:Annotations>\n"
 )
-"""What OMSimulator asks of a system: without it none is opened. The last element of ssd:System."""
+"""Annotation that OMSimulator needs to open a system. The last element of ssd:System."""
 
 
 def _connector(variable: ScalarVariable, kind: str) -> str:
@@ -46,13 +46,13 @@ class Definition:
     name: str
     description: str
     components: Mapping[str, tuple[str, str]]
-    """Name -> FMU, what it is here."""
+    """Name -> FMU, its role in the system."""
     connections: Sequence[tuple[str, ...]]
     """From component, to component, the connector, and what it is called at the end where that is another name."""
     scenarios: Mapping[str, tuple[str, Values]]
     """Name -> what it is, values; each sets every parameter that any of them sets, so that one may follow another."""
     grades: Mapping[str, tuple[str, Values]]
-    """Likewise, laid over a scenario."""
+    """Likewise, applied after a scenario."""
     bound_always: Mapping[str, Values]
     """Of a component: what no scenario and no grade changes."""
     stop_s: float
@@ -117,7 +117,7 @@ class Definition:
         return "".join(lines)
 
     def _component(self, component: str, bound: set[str]) -> str:
-        # Bound at the component, because that is where every importer looks; all of one name, because some ask for it.
+        # Bound at the component, where every importer reads bindings; all have the same name, because some importers require it.
         fmu, description = self.components[component]
         nominal = self.scenarios[NOMINAL][1].items()
         own = {key.partition(".")[2]: value for key, value in nominal if key.startswith(component + ".")}

@@ -85,8 +85,8 @@ def faults(outliers: float = 0.0, disturbance: float = 0.0) -> Values:
 
 
 def paper() -> dict[str, Any]:
-    """What the paper's preset sets, value by value: beside the preset itself a value that equals its start value, such as
-    gamma_mode = off, would not count."""
+    """The values of the paper's preset, one by one: with the preset itself, a value that equals its start value, such as
+    gamma_mode = off, would be ignored."""
     given, default = Options("hrekf", "paper"), Options("hrekf")
     return {name: getattr(given, name) for name in option_table("hrekf") if getattr(given, name) != getattr(default, name)}
 

@@ -18,7 +18,7 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.cli.words import told
+from hnav.cli.words import finding_line
 from hnav.io.findings import Finding
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
@@ -87,7 +87,7 @@ def fault_table(made: list[Recording], trials: list[Recording]) -> Table:
     heads = "hand: named | said | silent" + " | BROAD: named | said | silent" * bool(trials)
     table = titled_table("faults", "fault | what is said", heads)
     for name, fault in FAULTS.items():
-        said = next((told(finding) for finding in fault.make(made[0]).check() if fault.is_named_by(finding)), "")
+        said = next((finding_line(finding) for finding in fault.make(made[0]).check() if fault.is_named_by(finding)), "")
         counts = [Counter(outcomes(fault, some)) for some in (made, trials) if some]
         table.add_row(name, said, *(str(count[word]) for count in counts for word in ("named", "said", "silent")))
     return table

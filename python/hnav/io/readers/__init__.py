@@ -40,12 +40,12 @@ def read(
 ) -> Recording:
     """A recording in SI units: a table in text, a folder or zip of tables, a log of PX4 or ROS, Parquet, a trial of BROAD.
 
-    path: file or folder. format: one of FORMATS, where its content does not tell. columns: role (t_s, gx to mz, lat_deg, ...) to
+    path: file or folder. format: one of FORMATS, for a content that is not recognised. columns: role (t_s, gx to mz, lat_deg, ...) to
     the name of its column, before which a minus negates; of a bag, imu, mag and gnss to their topics. gyro_unit (rad/s, deg/s, mdeg/s),
     accel_unit (m/s2, g, mg), mag_unit (T, uT, nT, G, mG, au), time_unit (s, ms, us, ns): go before what the file says.
     rate_hz: samples are at equal intervals, whatever their times are. axes: by gyro, accel or mag which axes of the file are
-    x, y and z, such as {"mag": "y,x,-z"}. drop_repeats: a sample that equals the one before of its sensor is none; for files
-    that repeat the last field until there is a new one.
+    x, y and z, such as {"mag": "y,x,-z"}. drop_repeats: a sample that equals the previous one of its sensor is dropped; for files
+    that repeat the last field until a new one is measured.
 
     Nothing is resampled: sensors of different rates keep their times. Raises RecordingError, a line that says what is wrong,
     where, and what to do.
@@ -66,9 +66,9 @@ def read_aids(
     time_unit: str | None = None,
     drop_repeats: bool = False,
 ) -> dict[str, AidSamples]:
-    """What aids navigation out of a file of its own, by kind: a table, NMEA, a log of PX4 or ROS. Arguments as of read.
+    """Aiding samples of a separate file, by kind: a table, NMEA, a log of PX4 or ROS. Arguments as of read.
 
-    A table with a column received_s tells when each row arrived, and t_s when it was valid; its rows may come in any order.
+    In a table with the column received_s, received_s is the arrival and t_s the validity of each row; rows may be in any order.
     Raises RecordingError, for a file without any too.
     """
     path, wishes = Path(path), Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, only_aids=True)

@@ -87,7 +87,7 @@ _BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*")
 
 
 class AidColumn(NamedTuple):
-    """What stands in a column: one of ROLES, its unit if the name tells, and its sign."""
+    """The content of a column: one of ROLES, its unit if the name states it, and its sign."""
 
     role: str
     unit: str | None
@@ -95,7 +95,7 @@ class AidColumn(NamedTuple):
 
 
 def aid_column(name: str) -> AidColumn | None:
-    """What a column of this name holds; None when it is nothing of these."""
+    """The content of a column of this name; None when it has no role."""
     text = name.strip().strip('"').lstrip("#% ")
     if text in ROLES:
         return AidColumn(text, next(iter(PER[ROLES[text]])), 1.0)

@@ -10,7 +10,7 @@ from hnav.io.aids import AIDS, AidSamples
 from hnav.io.readers.columns import Column
 from hnav.units import S_PER
 
-# Where the name of a pressure tells no unit: no air is as thin or as thick as another unit would have it.
+# Smallest medians that are read as Pa and as hPa where the column name states no unit; smaller ones are kPa.
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
 
@@ -56,7 +56,7 @@ def _position(given: Mapping[str, np.ndarray]) -> np.ndarray | None:
 
 
 def _velocity(given: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    """Its components, else speed over ground and its direction, which is none where a receiver says a negative speed."""
+    """The velocity components, else speed over ground and course; a negative speed marks a missing sample."""
     if "vn" in given and "ve" in given:
         return np.stack([given["vn"], given["ve"], given.get("vd", np.full(len(given["vn"]), np.nan))], axis=1)
     if "ground_speed" not in given or "course_deg" not in given:
@@ -77,7 +77,7 @@ def _pressure(given: Mapping[str, np.ndarray], columns: Mapping[str, Column]) ->
 
 
 def pressure_factor(column: Column, read: np.ndarray) -> float:
-    """What makes pressures of an unsaid unit pascal, by their size; 1 where the name says it."""
+    """The factor to pascal for pressures without a stated unit, by their size; 1 where the name states the unit."""
     if column.unit is not None or not np.isfinite(read).any():
         return 1.0
     typical = float(np.nanmedian(read))

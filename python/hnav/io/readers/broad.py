@@ -70,7 +70,7 @@ def read_broad(path: Path, wishes: Wishes) -> Raw:
             raise RecordingError(f"{path}: not a BROAD trial: {name} has the shape {value.shape}, expected {(n or 'n', *shape)}")
         return np.ascontiguousarray(value, float)
 
-    with np.errstate(over="ignore"):  # a rate next to nothing is refused below
+    with np.errstate(over="ignore"):  # a rate near zero is refused below
         t_s = np.arange(n) / rate_hz
     if not np.isfinite(t_s).all() or (np.diff(t_s) <= 0).any():
         raise RecordingError(f"{path}: not a BROAD trial: sampling_rate = {rate_hz:g} Hz")
@@ -99,7 +99,7 @@ def _contents(path: Path) -> tuple[dict[str, Any], float] | None:
         return {name: contents[name] for name in names}, float(contents["sampling_rate"])
     except KeyError as error:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
-    except Exception as error:  # the readers of both formats raise whatever a damaged file makes them stumble over
+    except Exception as error:  # the readers of both formats raise errors of any type for a damaged file
         raise RecordingError(
             f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
         ) from None

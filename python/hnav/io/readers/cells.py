@@ -1,4 +1,4 @@
-"""Cells of a text that is a table: what parts them, which are numbers, and the mark before decimals."""
+"""Cells of a text table: delimiters, numbers, and the decimal mark."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ DELIMITERS = (",", ";", "\t", "|", BLANKS)
 MISSING = frozenset({"", "na", "n/a", "#n/a", "<na>", "nan", "null", "none", "-", "--", "unavailable", "unknown"})
 """Cells that hold no number, in small letters."""
 _MINUS = dict.fromkeys(map(ord, "−–"), "-")
-"""What word processors and spreadsheets put for a minus."""
+"""Characters that word processors and spreadsheets use for a minus."""
 _EXPONENT = r"(?:[eE][-+]?\d+)?"
 _DECIMALS = {mark: re.compile(rf"[-+]?[\d{other}]*{mark}\d*{_EXPONENT}") for mark, other in ((",", "."), ("[.]", ","))}
 _THOUSANDS = {".": re.compile(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?"), ",": re.compile(r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?")}
 
 
 def cells_of(lines: Iterable[str], delimiter: str) -> Iterator[list[str]]:
-    """The cells of each line; quoted ones may hold delimiters and ends of lines. Raises csv.Error for one that is too long."""
+    """The cells of each line; quoted ones may hold delimiters and ends of lines. Raises csv.Error for a cell that is too long."""
     if delimiter == BLANKS:
         return (line.split() for line in lines)
     return csv.reader(lines, delimiter=delimiter, skipinitialspace=True)

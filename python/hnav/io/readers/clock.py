@@ -12,9 +12,9 @@ USUAL_INTERVAL_S = (4e-4, 0.11)
 """Between samples of inertial sensors; as it spans less than a factor of 1000, one unit at most fits."""
 SURELY_NOT_SECONDS = 2.0
 MOST_WRONG = 0.02
-"""Share of the stamps that may be wrong: with more, nothing is left to go by."""
+"""Share of the time stamps that may be wrong; with more, they cannot be corrected."""
 FEWEST_WRONG = 3
-FEWEST_ROWS = 8  # to know the usual interval by
+FEWEST_ROWS = 8  # needed for the usual interval
 LONGEST_RUN = 50
 """Rows of one stamp: a clock of 1 s at 50 Hz."""
 NEIGHBOURS = 3.5
@@ -24,9 +24,9 @@ MENDED = "clock: "
 
 
 def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:
-    """The unit of times that were taken for seconds, by their intervals or their size; None where these do not tell.
+    """The unit of times that were taken for seconds, by their intervals or their size; None where these do not decide.
 
-    A header that says seconds is believed unless the year would be beyond 5000.
+    Seconds in a header are accepted unless the year would be beyond 5000.
     """
     finite = t[np.isfinite(t)]
     steps = np.diff(finite)
@@ -71,7 +71,7 @@ def mended(t_s: np.ndarray) -> tuple[np.ndarray, str] | None:
 
 
 def _filled(t_s: np.ndarray) -> tuple[np.ndarray | None, int]:
-    """Times that are missing or not finite lie between the others; how many there were."""
+    """Interpolates times that are missing or not finite; returns also their number."""
     known = np.isfinite(t_s)
     unknown = int((~known).sum())
     if unknown > max(FEWEST_WRONG, MOST_WRONG * len(t_s)) or known.sum() < 3:

@@ -29,7 +29,7 @@ STEMS = {
     "mag": "m mag magadc magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
 }
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
-# With these it is not what a sensor read.
+# Words of columns that are not raw readings of a sensor.
 NOT_READ = _words(
     "free gravity user bias sigma std cov covariance var delta vel quat quaternion euler ref truth gps abs absolute norm "
     "increment inc heading location angle sum error noise scale stddev"
@@ -40,10 +40,10 @@ FILLERS = _words(
 # Of an accelerometer of wide range beside one of low noise (Shimmer), the one of low noise.
 WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2, "lin": 2}
 BY_UNIT_ALONE = 3
-"""The rank of a column of which only the unit says what it is."""
+"""The rank of a column that only its unit identifies."""
 
 LONGEST_NAME = 150
-"""Characters: what is longer is no name, and looking for words in it takes a time that grows with its cube."""
+"""Longest name in characters: the search for words takes time that grows with the cube of the length."""
 
 QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
 """By the first letter of a role."""
@@ -69,7 +69,7 @@ OF_A_SENSOR = 3
 
 @dataclass(frozen=True)
 class Column:
-    """What stands in a column."""
+    """The content of a column."""
 
     role: str
     """One of CSV_COLUMNS, or of ROLES of what aids navigation."""
@@ -78,10 +78,10 @@ class Column:
     place: int
     unit: str | None = None
     rank: int = 0
-    """Of several columns of one role, the one with the lowest is taken."""
+    """Among columns of one role, the lowest rank is taken."""
     sign: float = 1.0
     strange: str = ""
-    """What the file calls its unit, where that is none that is known."""
+    """The unit name in the file, if it is unknown."""
 
     @property
     def aids(self) -> bool:
@@ -107,7 +107,7 @@ def column_of(name: str, place: int, sensor: str | None = None) -> Column | None
     return None if len(name.strip()) > LONGEST_NAME else _column_of(name, place, sensor)
 
 
-@functools.lru_cache(maxsize=4096)  # a text that names its numbers asks in each line
+@functools.lru_cache(maxsize=4096)  # serial text repeats the names in each line
 def _column_of(name: str, place: int, sensor: str | None) -> Column | None:
     text = name.strip().strip('"').lstrip("#% ")
     if text in CSV_COLUMNS:
@@ -214,7 +214,7 @@ def _bare(tokens: list[str]) -> list[str]:
 
 
 def _around_axis(tokens: list[str]) -> tuple[list[str], str | None, list[str]]:
-    """The words before the last one that names an axis, or ends in it as gx does; the axis; the words after."""
+    """The words before the last axis name (also at the end of a word, as in gx), the axis, and the words after it."""
     for i in reversed(range(len(tokens))):
         stem, axis = tokens[i][:-1], tokens[i][-1]
         if axis in "xyz" and (not stem or stem in SENSOR_OF or stem == "gf"):
@@ -312,7 +312,7 @@ def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:
 
 
 def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
-    """The column that the caller says is the one. Raises RecordingError."""
+    """The column that the caller has assigned. Raises RecordingError."""
     stripped = [n.strip().strip('"').lstrip("#% ") for n in names]
     for text, sign in ((name.strip(), 1.0), (name.strip().lstrip("-"), -1.0)):
         for i, known in enumerate(stripped):

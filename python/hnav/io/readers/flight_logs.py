@@ -15,7 +15,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import along, present
-from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import encoding_of, parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
 
@@ -38,8 +38,8 @@ def read_ardupilot(path: Path, wishes: Wishes) -> Raw:
         rows = _messages(path, {*(name for names in MESSAGES.values() for name in names), *AIDS})
         streams = [stream for sensor in ARRAYS if (stream := _stream(rows, sensor, wishes))]
         aids = _satellites(rows) | _pressure(rows)
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    except Exception as error:  # pymavlink raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     missing = [sensor for sensor in ("gyro", "accel") if sensor not in {stream.sensor for stream in streams}]
     if missing and not wishes.only_aids:
         raise RecordingError(f"{path}: has no message IMU, GYR or ACC: log it (LOG_BITMASK, IMU)")
@@ -75,18 +75,18 @@ def _stream(rows: dict[str, list[dict[str, Any]]], sensor: str, wishes: Wishes) 
 
 
 def _satellites(rows: dict[str, list[dict[str, Any]]]) -> dict[str, AidSamples]:
-    """GPS has place and velocity, GPA of the same time their accuracy."""
+    """GPS holds position and velocity, GPA with the same time their accuracy."""
     gps = [row for row in rows.get("GPS", ()) if row.get("Status", 0) >= FIX_3D]
     if not gps:
         return {}
     accuracy = {row["TimeUS"]: row for row in rows.get("GPA", ())}
-    told = [accuracy.get(row["TimeUS"], {}) for row in gps]
+    stated = [accuracy.get(row["TimeUS"], {}) for row in gps]
     t_s = 1e-6 * _column(gps, "TimeUS")
     place = np.stack([np.radians(_column(gps, "Lat")), np.radians(_column(gps, "Lng")), _column(gps, "Alt")], axis=1)
     velocity = along(_column(gps, "Spd"), np.radians(_column(gps, "GCrs")))
     velocity[:, 2] = _column(gps, "VZ")
-    spread = np.stack([_column(told, name) for name in ("HAcc", "HAcc", "VAcc")], axis=1)
-    rate_spread = np.stack([_column(told, "SAcc")] * 3, axis=1)
+    spread = np.stack([_column(stated, name) for name in ("HAcc", "HAcc", "VAcc")], axis=1)
+    rate_spread = np.stack([_column(stated, "SAcc")] * 3, axis=1)
     found = {"position": AidSamples(t_s, place, spread), "velocity": AidSamples(t_s, velocity, rate_spread)}
     known = {kind: replace(one, sigma=np.where(one.sigma > 0, one.sigma, np.nan)) for kind, one in found.items()}
     return {kind: one.rows(present(kind, one)) for kind, one in known.items()}
@@ -120,8 +120,8 @@ def read_betaflight(path: Path, wishes: Wishes) -> Raw:
         raise RecordingError(
             f"{path}: a blackbox as the flight controller writes it: make a CSV by blackbox_decode or Blackbox Explorer"
         )
-    told = ACC_1G.search(data[: header.start()])
-    count = int(told.group(1)) if told else USUAL_1G
+    header_1g = ACC_1G.search(data[: header.start()])
+    count = int(header_1g.group(1)) if header_1g else USUAL_1G
     names = {
         "time": "t_s",
         **{f"gyroADC[{i}]": f"g{a}" for i, a in enumerate("xyz")},
@@ -134,5 +134,5 @@ def read_betaflight(path: Path, wishes: Wishes) -> Raw:
     table = parse(str(path), text, replace(wishes, columns=columns | dict(wishes.columns)))
     units = {"gyro": "deg/s", "accel": f"1/{count} g", "time": "us"}
     raw = raw_of(str(path), table, wishes, units, "betaflight")
-    note = f"accel: {count} counts are 1 g, as {'the log says' if told else 'is usual'}; accel_unit='1/512 g' for another"
+    note = f"accel: {count} counts are 1 g, as {'the log says' if header_1g else 'is usual'}; accel_unit='1/512 g' for another"
     return replace(raw, notes=(*raw.notes, note))

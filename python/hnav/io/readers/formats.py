@@ -1,4 +1,4 @@
-"""The one list of formats, and how each is recognised by the first bytes of a file or the members of a folder."""
+"""The list of formats. Each is recognised by the first bytes of a file or the members of a folder."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ FORMATS = {
 
 
 def reader_of(path: Path, format: str | None) -> Reader:
-    """What reads the file. Raises RecordingError for files that do not exist or are of no format known here."""
+    """The reader of the file. Raises RecordingError for a missing file and for an unsupported format."""
     if format is not None and format not in FORMATS:
         raise RecordingError(f"format = {format}: choose one of {', '.join(FORMATS)}", "format")
     if not path.exists():
@@ -85,4 +85,4 @@ def reader_of(path: Path, format: str | None) -> Reader:
         return lambda path, wishes: read_folder(path, files, lambda file: reader_of(file, None)(file, wishes), wishes)
     if head.startswith(ZIP_MAGIC):
         return lambda path, wishes: unzipped(path, lambda inner: reader_of(inner, None)(inner, wishes))
-    raise RecordingError(f"{path}: {what_it_is(path, head)}no format that hnav knows ({', '.join(FORMATS)})")
+    raise RecordingError(f"{path}: {what_it_is(path, head)}no supported format ({', '.join(FORMATS)})")

@@ -1,4 +1,4 @@
-"""Times as people and programs write them: instants of a calendar, and the time of a clock.
+"""Spellings of times: calendar dates and times of day.
 
 2026-01-31T12:00:00.01Z, 31.01.2026 12:00:00,010, 01/31/2026 12:00:00.010 PM, 31-Jan-2026 12:00:00.010, 12:00:00:010, 00:01.5
 """

@@ -1,4 +1,4 @@
-"""How a text that is a table is laid out: where its header stands, what parts the cells, where units and rows begin."""
+"""The layout of a text table: line of the header, delimiter, lines of units and of the first row."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Layout:
 def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | None = None) -> Layout:
     """The header is the line that names most columns, the first of them. Raises RecordingError for cells without end.
 
-    given: names of columns that the caller told, by their roles.
+    given: names of columns that the caller has assigned, by their roles.
     """
     best, score = Layout(0, [], ","), -1
     lines = list(_lines(text))
@@ -109,12 +109,12 @@ def _roles_in(names: list[str], given: Mapping[str, str], sensor: str | None) ->
     try:
         return len(columns_of(names, given, "", sensor))
     except RecordingError as error:
-        # A column twice is a header with a fault, a name of the caller that is not there no header.
+        # A duplicate column is a faulty header; a line without a name that the caller gave is no header.
         return 0 if error.argument == "columns" and given else 3
 
 
 def _without_header(shown: str, lines: list[str], given: Mapping[str, str]) -> Layout | None:
-    """A table of numbers whose columns the caller knows by their places, from 1."""
+    """A table of numbers whose columns the caller names by their positions, from 1."""
     if not all(name.lstrip("-").isdigit() for name in given.values()):
         return None
     line = next(iter(lines), "")

@@ -42,7 +42,7 @@ Row = tuple[int, list[str]]
 
 @dataclass(frozen=True)
 class Plan:
-    """Where things stand in the rows of a long table."""
+    """Positions of the cells in a row of a long table."""
 
     delimiter: str
     decimal: str
@@ -50,7 +50,7 @@ class Plan:
     """The place of the names of sensors."""
     time: int | None
     values: tuple[int, ...]
-    """Of x, y and z; or the one of an axis that the name says."""
+    """Positions of x, y and z; or the position of the axis that the name states."""
     unit: int | None
     header: Sequence[str]
     """Empty where there is none."""
@@ -81,7 +81,7 @@ def read_long_table(path: Path, wishes: Wishes) -> Raw:
 
 
 def plan_of_long(text: str) -> Plan | None:
-    """By the first rows; None for a text that is no long table."""
+    """The plan by the first rows; None for a text that is not a long table."""
     lines = [line for line in text[: PROBE_ROWS * 200].splitlines()[:PROBE_ROWS] if line.strip() and line[0] not in "#%/"]
     for delimiter in DELIMITERS:
         try:
@@ -98,7 +98,7 @@ def _plan_of_rows(rows: Sequence[Sequence[str]], delimiter: str, lines: Sequence
     sensors = _sensors(rows, kind)
     samples = [row for row, sensor in zip(rows, sensors) if sensor]
     header = [] if sensors[0] or any(map(is_number, rows[0])) else rows[0]
-    # In a table with columns of sensors a cell says something else.
+    # In a table with columns of sensors, such cells have another meaning.
     if not _are_sensors(sensors) or {"gx", "ax"} <= _known(header).keys():
         return None
     return _plan_of_samples(samples, Plan(delimiter, decimal_mark(delimiter, lines), kind, None, (), None, header))
@@ -119,7 +119,7 @@ def _plan_of_samples(samples: Sequence[Sequence[str]], plan: Plan) -> Plan | Non
 
 
 def _are_sensors(sensors: Sequence[str]) -> bool:
-    """Whether the cells of a column name them often enough; of single letters, which may be flags or units, those of both."""
+    """Whether the cells of a column name sensors often enough; single letters, which may be flags or units, must name both."""
     found = [sensor.lower() for sensor in sensors if sensor]
     single = all(len(sensor) == 1 for sensor in found)
     return len(found) >= max(2, LEAST_SHARE * len(sensors)) and (not single or {"g", "a"} <= {*found})

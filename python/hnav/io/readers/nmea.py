@@ -1,4 +1,4 @@
-"""What receivers of satellites say in NMEA 0183: GGA (place), RMC (date and velocity), GST (sigmas).
+"""Sentences of GNSS receivers in NMEA 0183: GGA (place), RMC (date and velocity), GST (sigmas).
 
 Times are those of the receiver, in s since 1970 by the date of RMC, else since midnight. Where a logger wrote its own time
 in s before every sentence, that is the time of all of it.
@@ -24,7 +24,7 @@ from hnav.io.recordings import RecordingError
 
 SENTENCE = re.compile(r"^([\d.]*)[,;\s]*\$G?[A-Z]?([A-Z]{3}),([^*\r\n]*)(?:\*([0-9A-Fa-f]{2}))?", re.MULTILINE)
 RANGE_ERROR_M = 2.0
-"""One sigma for each dilution of precision of 1, where no GST tells."""
+"""Sigma in m per unit of dilution of precision, used without a GST sentence."""
 DAY_S = 86400.0
 KNOT_M_S = 1852 / 3600
 
@@ -34,7 +34,7 @@ def is_nmea(path: Path, head: bytes) -> bool:
 
 
 def read_nmea(path: Path, wishes: Wishes) -> Raw:
-    """Positions and velocities. Raises RecordingError for a file without a fix, and for one that is to hold inertial sensors."""
+    """Positions and velocities. Raises RecordingError for a file without a fix, and when inertial samples are required."""
     alone(path, wishes)
     log = _Log()
     for match in SENTENCE.finditer(path.read_bytes().decode("ascii", "replace")):
@@ -73,7 +73,7 @@ class Sentences:
 
 
 class _Log:
-    """Sentences, as they come."""
+    """Decodes sentences in order."""
 
     def __init__(self) -> None:
         self._midnight_s: float | None = None
@@ -112,7 +112,7 @@ class _Log:
             pass  # cut off, or without a number: no sample
 
     def aids(self) -> dict[str, AidSamples]:
-        """What was said."""
+        """All samples so far."""
         found = {}
         if self._places:
             table = np.array(self._places)
@@ -126,7 +126,7 @@ class _Log:
         return {kind: one for kind, one in kept.items() if len(one.t_s)}
 
     def newest(self) -> dict[str, float]:
-        """What was said since the last call, by the names of columns."""
+        """Samples since the last call, by column names."""
         self._sigmas = {self._places[-1][0] if self._places else t_s: sigma for t_s, sigma in [*self._sigmas.items()][-1:]}
         found, values = self.aids(), dict[str, float]()
         self._places.clear()

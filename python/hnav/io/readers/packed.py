@@ -1,4 +1,4 @@
-"""Files that are packed (.gz, .bz2, .xz, .zip), folders of tables, and what a file that is no recording is."""
+"""Packed files (.gz, .bz2, .xz, .zip), folders of tables, and the recognition of files that are not recordings."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ KNOWN = (
 
 
 def unpacker_of(path: Path, head: bytes) -> Callable[..., Any] | None:
-    """What opens a packed file."""
+    """The function that opens a packed file."""
     return next((opened for magic, opened in UNPACKERS.items() if head.startswith(magic)), None)
 
 
 def unpacked(path: Path, opened: Callable[..., Any], read: Callable[[Path], Raw]) -> Raw:
-    """What is in a packed file; of one that was cut off, what can be unpacked. Raises RecordingError."""
+    """The content of a packed file; of a truncated file, the part that can be unpacked. Raises RecordingError."""
     with tempfile.TemporaryDirectory(prefix="hnav_") as folder:
         inner = Path(folder) / (path.stem or "recording")
         note = _unpack(path, opened, inner)

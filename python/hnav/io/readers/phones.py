@@ -2,7 +2,7 @@
 
 Sensor Logger writes time (ns since 1970), seconds_elapsed, z, y, x: rad/s, m/s2, microtesla. Of Android, Accelerometer.csv is
 without gravity and TotalAcceleration.csv with it; of iOS, gravity is in Gravity.csv, and both have the opposite sign unless the
-app was told to standardise (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",... MetaBase writes a sensor's name
+app standardises its axes (Metadata.csv). phyphox writes "Time (s)","Gyroscope x (rad/s)",... MetaBase writes a sensor's name
 among others in that of the file, and "epoch (ms)","x-axis (deg/s)",...
 """
 
@@ -24,14 +24,14 @@ from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, parse, raw_of, stream_of, times_of
 from hnav.io.recordings import RecordingError, Unit
 
-# What one of these apps calls the files of a sensor, best first; small letters, without blanks.
+# Names of the files of a sensor in these apps, best first; small letters, without blanks.
 FILES = {
     "gyro": ("gyroscope", "gyro", "gyroscopeuncalibrated"),
     "accel": ("totalacceleration", "accelerometeruncalibrated", "accelerometer", "acceleration", "acc", "accel",
               "linearaccelerometer", "linearacceleration"),
     "mag": ("magnetometer", "magneticfield", "mag", "magnetometeruncalibrated"),
 }  # fmt: skip
-# A longer name of a file tells its sensor by one of these alone.
+# In a longer file name, only these words identify the sensor.
 WITHIN = {"gyro": "gyroscope", "accel": "accelerometer", "mag": "magnetometer"}
 AID_FILES = (("location", "gps"), ("barometer", "pressure"))
 UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}  # of both apps
@@ -79,7 +79,7 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
 
 
 def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[str, AidSamples], list[str]]:
-    """What satellites and the barometer said, and what could not be read of it, which is no reason to refuse the rest."""
+    """Samples of satellites and barometer, and notes on unreadable ones, which do not refuse the rest."""
     aids: dict[str, AidSamples] = {}
     left_out = []
     for names in AID_FILES:
@@ -94,7 +94,7 @@ def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[
 
 
 def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
-    """What iOS gives, as Android gives it; and what was done."""
+    """Samples of iOS in the convention of Android, and notes on the conversion."""
     if stem == "accelerometeruncalibrated" and _ios_sign(files):
         negated = replace(stream, values=-stream.values, unit=wishes.unit("accel", by_format="g"))
         return negated, "accel: negated because iOS gives the opposite of the force"
@@ -115,7 +115,7 @@ def _stream(
 
 
 def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
-    """iOS parts force into gravity and the rest, both of one instant and of the opposite sign."""
+    """The whole force of iOS, which writes gravity and the remainder separately, both with the opposite sign."""
     gravity, *_ = _stream(path, "gravity", "accel", files, wishes)
     common, mine, its = np.intersect1d(stream.t_s, gravity.t_s, return_indices=True)
     if len(common) < 0.9 * len(stream.t_s):
@@ -127,7 +127,7 @@ def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes
 
 
 def _ios_sign(files: Mapping[str, bytes]) -> bool:
-    """Whether the metadata tell of iOS, and of frames that were not made alike."""
+    """Whether the metadata name iOS and axes that were not standardised."""
     if "metadata" not in files:
         return False
     rows = list(csv.DictReader(io.StringIO(files["metadata"].decode("utf-8-sig", "replace"))))

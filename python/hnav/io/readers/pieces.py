@@ -1,11 +1,10 @@
-"""Long tables of text in pieces: recordings one after the other that together are the one that hnav.read answers, bit for bit.
+"""Long tables of text in pieces: consecutive recordings that together equal the recording of hnav.read, bit for bit.
 
     if (table := long_table("day.csv")) is not None:
         for piece in table: ...            # Recordings of PIECE rows, the last of fewer
 
-A table is gone through once before the first piece is given out, so that whatever is wrong with it is known then. What is not
-a table of text, short, or not a plain one (samples out of order, or twice) is not answered here: hnav.read reads it, or says
-what is wrong with it.
+A table is read once before the first piece is returned, so that its errors are reported at once. Files that are not text
+tables, are short, or have samples out of order or twice, are left to hnav.read, which reads them or reports the error.
 """
 
 from __future__ import annotations
@@ -39,16 +38,16 @@ from hnav.io.recordings import ARRAYS, Recording, RecordingError
 if TYPE_CHECKING:
     import pandas as pd
 
-# A power of two: what vector instructions leave over at the end of an array is then the same in the pieces and in the whole.
+# A power of two: vector instructions then treat the elements of the pieces as in the whole array, bit for bit.
 PIECE = 2**17
 SHORTEST_ROW = 14  # characters of seven numbers
 BLOCK_BYTES = 2**20
-# What is no finding about a recording unless it is one about every piece of it.
+# Findings that apply to a recording only if they apply to each of its pieces.
 OF_THE_WHOLE = ("no_samples", "all_zero", "constant", "ends_early", "absent", "not_testable")
 
 
 class _NotPlain(Exception):
-    """A table that has to be looked at as a whole."""
+    """A table that must be read as a whole."""
 
 
 def long_table(
@@ -58,9 +57,9 @@ def long_table(
     format: str | None = None,
     **options: Any,
 ) -> LongTable | None:
-    """The pieces of a table; None for what has to be read as a whole, by hnav.read.
+    """The pieces of a table; None for a file that hnav.read must read as a whole.
 
-    hemisphere: as of Recording.check. corrected: what is made of each piece, row by row. format, options: as of hnav.read. Raises
+    hemisphere: as of Recording.check. corrected: the correction of each piece, row by row. format, options: as of hnav.read. Raises
     HnavError for impossible ones.
     """
     path, wishes = Path(path), Wishes(**{name: value for name, value in options.items() if value is not None})
@@ -76,7 +75,7 @@ class LongTable:
     """The pieces of a table. Iterate as often as you like: each time the file is read again."""
 
     def __init__(self, path: Path, wishes: Wishes, hemisphere: str | None, corrected: Callable[[Recording], Recording] | None):
-        """Goes through it. Raises _NotPlain, and whatever a file or an argument that is wrong makes readers raise."""
+        """Reads the table once. Raises _NotPlain, and the errors of the readers for a faulty file or argument."""
         self._path, self._wishes, self._corrected = path, wishes, corrected
         self._plan = self._planned()
         self._wishes = self._with_units()
@@ -103,7 +102,7 @@ class LongTable:
         self.findings = [every[0] for every in found.values() if len(every) == pieces or every[0].code not in OF_THE_WHOLE]
 
     def __iter__(self) -> Iterator[Recording]:
-        """Raises RecordingError when the file is no longer what it was."""
+        """Raises RecordingError when the file has changed."""
         rows = 0
         try:
             for frame in self._frames():
@@ -129,7 +128,7 @@ class LongTable:
                 raise _NotPlain from None
 
     def _with_units(self) -> Wishes:
-        """What the first rows say of units that the header does not tell goes for all."""
+        """Units that the header does not state are inferred from the first rows and apply to all."""
         frame = next(self._frames(), None)
         if frame is None:
             raise _NotPlain
@@ -157,7 +156,7 @@ class LongTable:
 
 
 def _encoding(path: Path) -> str:
-    """The one that the whole file is in, as encoding_of says it. Raises _NotPlain."""
+    """The encoding of the whole file, by encoding_of. Raises _NotPlain."""
     decoders = {name: codecs.getincrementaldecoder(name)() for name in ENCODINGS}
     with path.open("rb") as file:
         while block := file.read(BLOCK_BYTES):

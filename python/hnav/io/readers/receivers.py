@@ -1,4 +1,4 @@
-"""What receivers of satellites and their apps write besides NMEA: UBX (by pyubx2) and GPX."""
+"""Files of GNSS receivers and their apps besides NMEA: UBX (by pyubx2) and GPX."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import present
-from hnav.io.readers.streams import Raw, Wishes, library
+from hnav.io.readers.streams import Raw, Wishes, cannot_be_read, library
 from hnav.io.recordings import RecordingError
 
 SYNC = b"\xb5\x62"
@@ -43,8 +43,8 @@ def read_ubx(path: Path, wishes: Wishes) -> Raw:
                         (t_s, message.lat, message.lon, message.height * 1e-3, message.hAcc * 1e-3, message.vAcc * 1e-3)
                     )
                     velocities.append((t_s, message.velN * 1e-3, message.velE * 1e-3, message.velD * 1e-3, message.sAcc * 1e-3))
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    except Exception as error:  # pyubx2 raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     if not places:
         raise RecordingError(f"{path}: no message NAV-PVT with a fix: switch it on in the receiver, or log NMEA")
     place, velocity = np.array(places), np.array(velocities)
@@ -76,11 +76,16 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
             raise RecordingError(f"{path}: no GPX: it defines entities")
         for _, element in ElementTree.iterparse(path):
             if element.tag.rpartition("}")[2] == "trkpt":
-                told = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
-                if "time" in told:
-                    t_s = datetime.datetime.fromisoformat(told["time"].replace("Z", "+00:00")).timestamp()
+                fields = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
+                if "time" in fields:
+                    t_s = datetime.datetime.fromisoformat(fields["time"].replace("Z", "+00:00")).timestamp()
                     rows.append(
-                        (t_s, float(element.get("lat", "nan")), float(element.get("lon", "nan")), float(told.get("ele") or "nan"))
+                        (
+                            t_s,
+                            float(element.get("lat", "nan")),
+                            float(element.get("lon", "nan")),
+                            float(fields.get("ele") or "nan"),
+                        )
                     )
                 element.clear()
     except (ElementTree.ParseError, ValueError) as error:

@@ -11,7 +11,7 @@ import numpy as np
 from hnav.io.mat_file import read_mat
 from hnav.io.readers.frames import raw_of_frames
 from hnav.io.readers.stated_units import UNIT_NAMES, units_in
-from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.streams import Raw, Wishes, cannot_be_read
 from hnav.io.readers.trees import frames_of_tree, unbatched
 from hnav.io.recordings import RecordingError
 
@@ -43,7 +43,7 @@ def read_json(path: Path, wishes: Wishes) -> Raw:
 
 
 def _parsed(path: Path, data: bytes) -> Any:
-    """A tree, or a list of the trees of its lines; of one that was cut off, the whole lines."""
+    """A tree, or a list of the trees of its lines; of a truncated file, the complete lines."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -72,8 +72,8 @@ def read_npz(path: Path, wishes: Wishes) -> Raw:
         with np.errstate(all="ignore"):
             loaded = np.load(path, allow_pickle=False)
             tree = dict(loaded) if hasattr(loaded, "files") else {"data": loaded}
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    except Exception as error:  # NumPy raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     return _of_arrays(path, tree, wishes, "npz")
 
 

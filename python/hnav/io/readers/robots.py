@@ -10,7 +10,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import SMALLEST_PA, present
-from hnav.io.readers.streams import Raw, Stream, Wishes, library
+from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
 
@@ -46,8 +46,8 @@ def read_ulog(path: Path, wishes: Wishes) -> Raw:
         topics = {data.name: data.data for data in sorted(log.data_list, key=lambda data: -data.multi_id)}
         streams = [stream for sensor in ARRAYS if (stream := _ulog_stream(topics, sensor, wishes))]
         aids = _ulog_satellites(topics) | _ulog_pressure(topics)
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise _cannot_be_read(path, error) from None
+    except Exception as error:  # the parser raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     for sensor in ("gyro", "accel"):
         if sensor not in {stream.sensor for stream in streams} and not wishes.only_aids:
             raise RecordingError(
@@ -82,7 +82,7 @@ FIX_3D = 3
 
 
 def _ulog_times(data: dict[str, Any]) -> np.ndarray:
-    """When it was measured, where the log tells."""
+    """The time of measurement, if the log states it."""
     sampled = data.get("timestamp_sample")
     us = data["timestamp"] if sampled is None or not (sampled > 0).all() else sampled
     return np.asarray(us, float) * 1e-6
@@ -155,8 +155,8 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
             field = _vectors(reader, mag, _field) if mag else None
     except RecordingError:
         raise
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise _cannot_be_read(path, error) from None
+    except Exception as error:  # the parser raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     found = {"gyro": gyro, "accel": accel} | ({"mag": field} if field else {})
     streams = [
         Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
@@ -228,11 +228,6 @@ def _force(message: Any) -> Any:
 
 def _field(message: Any) -> Any:
     return message.magnetic_field
-
-
-def _cannot_be_read(path: Path, error: Exception) -> RecordingError:
-    said = " ".join(str(error).split())
-    return RecordingError(f"{path}: cannot be read: {said[:200] or type(error).__name__}")
 
 
 # --------------------------------------------------------------------------------------------- EuRoC

@@ -1,4 +1,4 @@
-"""What sketches print to a serial port: names with numbers, on one line or several, perhaps after the time of a terminal.
+"""Text that sketches print to a serial port: names with numbers, on one line or several, perhaps after the time of a terminal.
 
 Acceleration X: 0.52, Y: 0.04, Z: 9.85 m/s^2      (Adafruit MPU6050; Rotation X: ... rad/s)
 Accl:   x= 0.10 |   y= 0.02 |   z= 9.81           (Adafruit BNO055)
@@ -52,7 +52,7 @@ def is_serial_text(path: Path, head: bytes) -> bool:
 
 
 def read_serial_text(path: Path, wishes: Wishes) -> Raw:
-    """Raises RecordingError for lines without times, where no rate is told."""
+    """Raises RecordingError for lines without times, without a given rate."""
     import pandas
 
     data = path.read_bytes()
@@ -70,7 +70,7 @@ def read_serial_text(path: Path, wishes: Wishes) -> Raw:
 
 
 def _rows(text: str) -> Iterator[dict[str, float]]:
-    """Lines together until a name comes again."""
+    """Groups lines until a name repeats."""
     row: dict[str, float] = {}
     last_s, days = -np.inf, 0
     for line in text.splitlines():

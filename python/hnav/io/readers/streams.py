@@ -1,10 +1,11 @@
-"""What readers share: samples of one sensor with their own times, what the caller says about a file, and how a recording is made of them."""
+"""Shared by readers: samples of one sensor with their own times, the options of the caller, and the merge into a recording."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -23,7 +24,7 @@ SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a 
 
 @dataclass(frozen=True)
 class Wishes:
-    """What the caller says of a file; it goes before what the file says. Raises RecordingError for what does not exist."""
+    """Options of the caller, which override the file. Raises RecordingError for unknown ones."""
 
     columns: Mapping[str, str] = field(default_factory=dict)
     gyro_unit: str | None = None
@@ -34,7 +35,7 @@ class Wishes:
     axes: Mapping[str, str] = field(default_factory=dict)
     drop_repeats: bool = False
     only_aids: bool = False
-    """Inertial sensors need not be there."""
+    """Inertial sensors may be missing."""
 
     def __post_init__(self) -> None:
         for quantity, known in SI_PER.items():
@@ -79,7 +80,7 @@ class Stream:
 
 @dataclass(frozen=True)
 class Raw:
-    """What a reader found in a file."""
+    """The samples of a file."""
 
     format: str
     streams: Sequence[Stream]
@@ -123,7 +124,7 @@ def aids_of(raw: Raw, wishes: Wishes) -> dict[str, AidSamples]:
 
 
 def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream, str]:
-    """The stream with increasing times, and what was done for it. Raises RecordingError where that needs a decision."""
+    """The stream with increasing times, and notes on corrections. Raises RecordingError where the user must decide."""
     if rate_hz is not None:
         return replace(stream, t_s=np.arange(len(stream.t_s)) / rate_hz), ""
     steps_s = np.diff(stream.t_s)
@@ -166,6 +167,11 @@ def turned(axes: str) -> tuple[list[int], np.ndarray]:
     if sorted(letters) != ["x", "y", "z"] or any(len(part) > 2 for part in parts):
         raise RecordingError(f"axes = {axes}: write three axes with their signs, such as y,x,-z", "axes")
     return ["xyz".index(letter) for letter in letters], np.array([-1.0 if part.startswith("-") else 1.0 for part in parts])
+
+
+def cannot_be_read(path: Path, error: Exception) -> RecordingError:
+    """The error for a file that a foreign parser refuses, in one line."""
+    return RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}")
 
 
 def library(name: str, extra: str, shown: str) -> ModuleType:

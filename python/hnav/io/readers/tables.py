@@ -1,6 +1,6 @@
 """Tables: CSV, TSV, text with semicolons or blanks, whatever their columns are called; and data frames.
 
-What is wrong with a table is named by line and column.
+Errors name line and column.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
-from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, library
+from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.unit_names import unknown_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import si_per
@@ -45,7 +45,7 @@ NOT_DIGESTED = (ValueError, OverflowError, Warning)
 
 @dataclass(frozen=True)
 class Plan:
-    """How a text is to be read, by its first lines."""
+    """The plan for reading a text, by its first lines."""
 
     encoding: str
     layout: Layout
@@ -63,7 +63,7 @@ class Plan:
         return replace(self, columns={role: column for role, column in self.columns.items() if not column.aids})
 
     def kind(self, place: int) -> type:
-        """What the cells of a column are."""
+        """The type of the cells of a column."""
         return str if self.instants and place in [column.place for column in self.times] else float
 
     @property
@@ -154,18 +154,18 @@ def _are_microteslas(field: np.ndarray) -> bool:
 
 
 def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit, tuple[str, ...]]:
-    """The times of the rows in s, their unit, and what was mended of them. Raises RecordingError for times that tell nothing."""
+    """The times of the rows in s, their unit, and notes about corrections. Raises RecordingError for unusable times."""
     n = len(next(iter(table.values.values())))
     if wishes.rate_hz is not None:
         return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given"), ()
     column = table.columns.get("t_s")
     if column is None:
         raise RecordingError(f"{missing_column(shown, table, 't_s')}, or give rate_hz")
-    told = table.values["t_s"]
+    stated = table.values["t_s"]
     unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
     if not table.instants and (unit.source == "assumed" or (unit.source == "by header" and unit.name == "s")):
-        unit = unit_by_size(told, unit) or unit
-    t_s = told * si_per("time", unit.name)
+        unit = unit_by_size(stated, unit) or unit
+    t_s = stated * si_per("time", unit.name)
     if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
         return t_s, unit, ()
     if _can_be_ordered(table, t_s):
@@ -256,7 +256,7 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     except RecordingError as error:
         if wishes.only_aids or not any(column.aids for column in plan.columns.values()):
             raise
-        # What only navigation reads is no reason to refuse the rest.
+        # Faulty aiding columns do not refuse the inertial samples.
         plan, notes = plan.without_aids(), (*notes, f"satellites, pressure and wheels were left out: {error}")
         frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
@@ -283,7 +283,7 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
         if column.unit is None and column.place < len(layout.units):
             columns[role] = with_unit(column, layout.units[column.place])
     plan = Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
-    # The fast reader is silent about cells beyond the header, as of row names that have no name.
+    # The fast reader ignores cells beyond the header, such as row names without a column name.
     first = next(rows_of(io.StringIO(head, newline=None), layout), (0, []))
     if len(without_empty_end(first[1])) > len(layout.names) and (fault := fault_of(shown, io.StringIO(head, newline=None), plan)):
         raise RecordingError(fault)
@@ -299,7 +299,7 @@ def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
 
 
 def encoding_of(shown: str, data: bytes) -> str:
-    """What the text of a file is written in. Raises RecordingError."""
+    """The encoding of a file. Raises RecordingError."""
     if not data.strip():
         raise RecordingError(f"{shown}: the file is empty")
     encodings = ("utf-16",) if data[:2] in UTF_16 else ENCODINGS
@@ -388,7 +388,7 @@ def frames_of(stream: BinaryIO, plan: Plan, rows: int | None = None) -> Iterator
 
 
 def _end_of_whole_lines(shown: str, text: str, plan: Plan) -> int:
-    """Where the last whole line of a file ends that was cut off within a line, as at a loss of power; 0: it was not."""
+    """The end of the last complete line of a file that was truncated within a line, as at a loss of power; 0: not truncated."""
     end = max(text.rfind("\n"), text.rfind("\r")) + 1
     if end in (0, len(text)) or not text[end:].strip("\0 \t"):
         return 0
@@ -398,7 +398,7 @@ def _end_of_whole_lines(shown: str, text: str, plan: Plan) -> int:
 
 
 def _strictly(call: Callable[[], Any]) -> Any:
-    """What the fast reader only warns of is an error."""
+    """Turns warnings of the fast reader into errors."""
     import pandas
 
     with warnings.catch_warnings():
@@ -407,7 +407,7 @@ def _strictly(call: Callable[[], Any]) -> Any:
 
 
 def _read_slowly(shown: str, text: str, plan: Plan, remarks: Container[int]) -> pd.DataFrame:
-    """Lines that end in a delimiter, and whatever else the fast reader does not digest though every cell is a number."""
+    """Reads lines that end in a delimiter, and other lines of numbers that the fast reader refuses."""
     import pandas
 
     rows = rows_of(io.StringIO(text, newline=None), plan.layout)
@@ -521,6 +521,6 @@ def read_parquet(path: Path, wishes: Wishes) -> Raw:
     reader = library(f"pyarrow.{kind}", "logs", str(path))
     try:
         frame = reader.read_table(path).to_pandas()
-    except Exception as error:  # it raises whatever a damaged file makes it stumble over
-        raise RecordingError(f"{path}: cannot be read: {' '.join(str(error).split())[:200] or type(error).__name__}") from None
+    except Exception as error:  # pyarrow raises errors of any type for a damaged file
+        raise cannot_be_read(path, error) from None
     return raw_of(str(path), table_of(frame, str(path), wishes), wishes, name="parquet")

@@ -1,4 +1,4 @@
-"""Values in values, as JSON, MATLAB structs and NumPy archives hold them, as named tables.
+"""Values in values, as in JSON, MATLAB structs and NumPy archives, read as named tables.
 
 Records ([{"t": 0, "gx": 1}, ...], also a line each), columns ({"t": [...], "gx": [...]}), tables split into names and rows, and records
 of several sensors, of which each says its sensor (Sensor Logger: "sensor"; its push: "name", "values") or stands under its name, with
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 DEEPEST = 8
 KINDS = ("sensor", "name", "type", "topic", "sensorName", "sensor_name")
-"""What says of a record which sensor it is of."""
+"""Keys that name the sensor of a record."""
 AXES = "xyz"
 MOST_COLUMNS = 32  # of a matrix of sensors
 MOST_TABLES = 200
@@ -114,7 +114,7 @@ def _columns_of(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _holds_cells(vector: np.ndarray) -> bool:
-    """Numbers or texts; of mixed ones the first few tell."""
+    """Numbers or texts; for mixed values the first few decide."""
     return vector.dtype.kind in "fiubU" or (
         vector.dtype == object and not any(isinstance(v, (list, dict, np.ndarray)) for v in vector[:3])
     )

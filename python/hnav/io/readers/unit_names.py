@@ -1,4 +1,4 @@
-"""Units as people and programs spell them: dps, deg.s^-1, °/s, rad s⁻¹, m/(s^2), µT. pint would read g as gram and grad as gon."""
+"""Spellings of units: dps, deg.s^-1, °/s, rad s⁻¹, m/(s^2), µT. pint would read g as gram and grad as gon."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def may_be_unit(text: str) -> bool:
 
 
 def unknown_unit(quantity: str, name: str, text: str) -> str:
-    """What to say of a column whose unit is not known."""
+    """The error text for a column with an unknown unit."""
     if is_counts(text):
         example = {
             "gyro": "'1/131 deg/s' (MPU-6050, ICM-20948 at 250 deg/s; 1/16.4 at 2000; LSM6 8.75 mdeg/s at 250; BMI160 1/131.2 at 250)",
@@ -114,4 +114,4 @@ def unknown_unit(quantity: str, name: str, text: str) -> str:
             "mag": "'0.15 uT' (AK8963, AK09916; HMC5883L 0.92 mG)",
         }[quantity]
         return f"the column {name} holds counts of the chip ({text}): say what one of them is, such as {quantity}_unit={example}"
-    return f"the unit {text!r} of the column {name} is none that hnav knows: say {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}"
+    return f"the unit {text!r} of the column {name} is not supported: give {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}"

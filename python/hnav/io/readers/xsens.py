@@ -1,4 +1,4 @@
-"""Xsens: the text that MT Manager and the DOT export, and what to say about its binary files.
+"""Xsens: text exports of MT Manager and the DOT; binary files are refused with the remedy.
 
 Of MT Manager: comment lines that begin with //; then tab-parted columns: PacketCounter (16 bits), SampleTimeFine (0.1 ms, 32 bits),
 Acc_X.. in m/s2, Gyr_X.. in rad/s, Mag_X.. in an arbitrary unit that is 1 at Xsens. Of a DOT: the same columns, parted by commas,
