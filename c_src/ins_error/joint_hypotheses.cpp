@@ -66,7 +66,12 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
     order(in);
     for (int p = 0; p < swept_; ++p) {
         if (!begin(in, lively, p)) return false;
-        sweep(in, p);
+        if (p == 0 || needs_a_sweep(p)) {
+            sweep(in, p);
+        } else {
+            evidence_[p] += by_modes_;
+            modes_of_[p] = 0;
+        }
         if (p == 0) weigh_common(in);
     }
     merge(in.count > 0);
@@ -147,24 +152,31 @@ bool JointHypotheses::begin(const Innovations& in, const Liveliness& lively, int
         const int i = order_[a];
         nu_[a] = in.nu[i];
         R_[a] = in.fresh[i] * scale_[i];
-        for (int b = 0; b <= a; ++b) {
-            const int j = order_[b];
-            S_(a, b) = in.base(i, j) + motion * lively.motion(i, j) + colour * lively.colour(i, j);
-        }
-        S_(a, a) += R_[a];
+        const double *base = in.base.data() + i * nz_, *moves = lively.motion.data() + i * nz_;
+        const double* colours = lively.colour.data() + i * nz_;
+        double* row = S_.data() + a * nz_;
+        for (int b = 0; b <= a; ++b) row[b] = base[order_[b]] + motion * moves[order_[b]] + colour * colours[order_[b]];
+        row[a] += R_[a];
     }
-    if (!inverse_.factor(S_, in.count)) return false;
-    inverse_.solve(nu_, solved_);
-    double square = 0;
-    for (int a = 0; a < in.count; ++a) {
-        square += nu_[a] * solved_[a];
-        for (int b = 0; b <= a; ++b) inverse_S_(a, b) = inverse_S_(b, a) = inverse_.inverse(a, b);
-    }
-    evidence_[p] = -0.5 * (square + inverse_.log_determinant());
+    if (!inverse_.decompose(S_, in.count)) return false;
+    evidence_[p] = -0.5 * (inverse_.square(nu_) + inverse_.log_determinant());
     return true;
 }
 
+// The modes add less to the evidence than under the stated process: with more process noise there is less for them to explain. So no
+// process is overlooked.
+bool JointHypotheses::needs_a_sweep(int p) const {
+    return process_belief_[p] * std::exp(evidence_[p] + by_modes_ - evidence_[0]) > sweep_from * process_belief_[0];
+}
+
 void JointHypotheses::sweep(const Innovations& in, int p) {
+    inverse_.invert();
+    inverse_.solve(nu_, solved_);
+    for (int a = 0; a < in.count; ++a)
+        for (int b = 0; b <= a; ++b) inverse_S_(a, b) = inverse_S_(b, a) = inverse_.inverse(a, b);
+    modes_of_[p] = p;
+    LogProduct factors;
+    double exponents = 0;
     for (int a = 0; a < in.count; ++a) {
         const int i = order_[a];
         const double fresh = in.fresh[i];
@@ -175,13 +187,17 @@ void JointHypotheses::sweep(const Innovations& in, int p) {
         const double total = weigh_modes(i, p, prior_of(i));
         double precision = 0;
         for (int m = 0; m < modes(); ++m) precision += posterior(p, i)[m] * precision_[m];
-        evidence_[p] += exponent + std::log(total * std::sqrt(spread)) + 0.5 * r * r / spread;
+        factors.times(total * std::sqrt(spread));
+        exponents += exponent + 0.5 * r * solved_[a];
         innovation_[p * nz_ + i] = r;
         variance_[p * nz_ + i] = others + fresh;
         const double found = fresh / std::fmax(precision, least_precision_);
         change_noise(a, in.count, found - R_[a]);
         R_[a] = found;
     }
+    const double by_modes = exponents + factors.log();
+    evidence_[p] += by_modes;
+    if (p == 0) by_modes_ = by_modes;
 }
 
 double JointHypotheses::weigh(int i, double r, double others, double fresh) {
@@ -226,7 +242,7 @@ void JointHypotheses::change_noise(int a, int count, double change) {
 }
 
 void JointHypotheses::weigh_common(const Innovations& in) {
-    evidence_[common] = evidence_[0];
+    LogProduct ratio;
     for (int a = 0; a < in.count; ++a) {
         const int i = in.present[a];
         if (!(in.fresh[i] > 0)) continue;
@@ -235,8 +251,9 @@ void JointHypotheses::weigh_common(const Innovations& in) {
             told += prior_of(i)[m] * likelihood_[i * modes() + m];
             weight_[m] = prior_of(i)[m] + begins(i, m);
         }
-        evidence_[common] += std::log(weigh_modes(i, common, weight_) / told);
+        ratio.times(weigh_modes(i, common, weight_) / told);
     }
+    evidence_[common] = evidence_[0] + ratio.log();
 }
 
 // ------------------------------------------------------------------------------------------------ all together
@@ -258,6 +275,8 @@ void JointHypotheses::merge(bool seen) {
         motion_ += hypothesis_[p] * std::sqrt(motion_factors[p]);
         colour_ += hypothesis_[p] * std::sqrt(colour_factors[p]);
     }
+    std::fill(weight_of_modes_, weight_of_modes_ + processes, 0.0);
+    for (int p = 0; p < swept_; ++p) weight_of_modes_[modes_of_[p]] += hypothesis_[p];
     // Of standard deviations: an improbable hypothesis has little effect.
     motion_ *= motion_;
     colour_ *= colour_;
@@ -268,32 +287,34 @@ void JointHypotheses::merge(bool seen) {
 }
 
 void JointHypotheses::conclude(const Innovations& in) {
-    for (int i = 0; i < nz_; ++i) {
+    for (int i = 0, a = 0; i < nz_; ++i) {
+        const bool measured = a < in.count && in.present[a] == i;
+        a += measured;
         bias_[i] *= 1 - settings_.bias_fading;
         if (!(in.fresh[i] > 0)) continue;
-        // Of a channel without a measurement; an outlier lasts one sample.
-        std::copy(lasting_ + i * modes(), lasting_ + (i + 1) * modes(), belief(i));
-        belief(i)[0] += was_healthy_[i] * settings_.outlier_probability;
-        noise_[i] = fault_of(i);
-    }
-    for (int a = 0; a < in.count; ++a) {
-        const int i = in.present[a];
-        if (!(in.fresh[i] > 0)) continue;
-        merge_channel(i);
-        bias_[i] = std::fmin(1, std::fmax(bias_[i], belief(i)[bias_mode()]));
-        if (belief(i)[bias_mode()] > settings_.bias_certain) open(i, in.fresh[i]);
+        if (measured) {
+            merge_channel(i);
+            bias_[i] = std::fmin(1, std::fmax(bias_[i], belief(i)[bias_mode()]));
+            if (belief(i)[bias_mode()] > settings_.bias_certain) open(i, in.fresh[i]);
+        } else {
+            std::copy(lasting_ + i * modes(), lasting_ + (i + 1) * modes(), belief(i));
+            belief(i)[0] += was_healthy_[i] * settings_.outlier_probability; // an outlier lasts one sample
+        }
         noise_[i] = fault_of(i);
     }
 }
 
 void JointHypotheses::merge_channel(int i) {
     double* now = belief(i);
-    std::fill(now, now + modes(), 0.0);
-    double precision = 0, r = hypothesis_[common] * innovation_[i], variance = hypothesis_[common] * variance_[i];
-    for (int p = 0; p < swept_; ++p) {
-        r += hypothesis_[p] * innovation_[p * nz_ + i];
-        variance += hypothesis_[p] * variance_[p * nz_ + i];
-        for (int m = 0; m < modes(); ++m) now[m] += hypothesis_[p] * posterior(p, i)[m];
+    for (int m = 0; m < modes(); ++m) now[m] = weight_of_modes_[0] * posterior(0, i)[m];
+    const double stated = weight_of_modes_[0] + hypothesis_[common];
+    double precision = 0, r = stated * innovation_[i], variance = stated * variance_[i];
+    for (int p = 1; p < swept_; ++p) {
+        const double weight = weight_of_modes_[p];
+        if (!(weight > 0)) continue;
+        r += weight * innovation_[p * nz_ + i];
+        variance += weight * variance_[p * nz_ + i];
+        for (int m = 0; m < modes(); ++m) now[m] += weight * posterior(p, i)[m];
     }
     for (int m = 0; m < modes(); ++m) {
         const double together = hypothesis_[common] * posterior(common, i)[m];

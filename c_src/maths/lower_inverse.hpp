@@ -2,6 +2,7 @@
 // (leave-one-out) innovations need.
 #pragma once
 
+#include "maths/log_product.hpp"
 #include "maths/matrix_arena.hpp"
 
 #include <cmath>
@@ -18,27 +19,52 @@ public:
 
     // Takes the lower triangle of the leading n x n block. False: A is not positive definite.
     bool factor(const Matrix& A, int n) {
+        if (!decompose(A, n)) return false;
+        invert();
+        return true;
+    }
+
+    // As factor, without the inverse: square() and log_determinant() alone have an answer until invert() is called.
+    bool decompose(const Matrix& A, int n) {
         n_ = n;
-        for (int j = 0; j < n; ++j) {
-            double d = A(j, j);
-            for (int k = 0; k < j; ++k) d -= L(j, k) * L(j, k);
-            if (!(d > 0)) return false; // NaN too
-            const double inverse_root = 1 / std::sqrt(d);
-            W(j, j) = inverse_root;
-            for (int i = j + 1; i < n; ++i) {
-                double sum = A(i, j);
-                for (int k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
-                L(i, j) = sum * inverse_root;
-            }
-        }
+        // Row by row: each element needs the rows above it alone.
         for (int i = 0; i < n; ++i) {
+            const double* __restrict from = A.data() + i * A.cols();
+            double* __restrict row = L_ + i * capacity_;
+            double d = from[i];
+            for (int j = 0; j < i; ++j) {
+                const double* above = L_ + j * capacity_;
+                double sum = from[j];
+                for (int k = 0; k < j; ++k) sum -= row[k] * above[k];
+                row[j] = sum * W_[j * capacity_ + j];
+                d -= row[j] * row[j];
+            }
+            if (!(d > 0)) return false; // NaN too
+            W_[i * capacity_ + i] = 1 / std::sqrt(d);
+        }
+        return true;
+    }
+
+    void invert() {
+        for (int i = 0; i < n_; ++i) {
             for (int j = 0; j < i; ++j) W(i, j) = 0;
             for (int k = 0; k < i; ++k) {
                 const double factor = -L(i, k) * W(i, i);
                 for (int j = 0; j <= k; ++j) W(i, j) += factor * W(k, j);
             }
         }
-        return true;
+    }
+
+    // b' A^-1 b
+    double square(const double* b) const {
+        double sum = 0;
+        for (int i = 0; i < n_; ++i) {
+            double rest = b[i];
+            for (int k = 0; k < i; ++k) rest -= L(i, k) * half_[k];
+            half_[i] = rest * W(i, i);
+            sum += half_[i] * half_[i];
+        }
+        return sum;
     }
 
     // x = A^-1 b
@@ -62,9 +88,9 @@ public:
 
     // Of A.
     double log_determinant() const {
-        double sum = 0;
-        for (int j = 0; j < n_; ++j) sum -= 2 * std::log(W(j, j));
-        return sum;
+        LogProduct roots;
+        for (int j = 0; j < n_; ++j) roots.times(W(j, j));
+        return -2 * roots.log();
     }
 
     // (A^-1)_ij

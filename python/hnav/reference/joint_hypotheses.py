@@ -3,7 +3,7 @@ an inverse of its own for each innovation given the others."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import norm
@@ -17,6 +17,7 @@ COLOUR = np.array([1.0, 2.0, 20.0])
 PROCESS_DRIFT, NOISE_DRIFT = 5e-4, 0.01
 COMMON_SHARE = 0.8
 BIAS_CERTAIN, BIAS_FADING = 0.9, 0.07
+SWEEP_FROM = 0.05  # odds against the stated process below which an increased one takes its modes
 
 
 @dataclass
@@ -37,6 +38,8 @@ class Sweep:
     """What the channels say under one hypothesis about the process."""
 
     log_evidence: float
+    by_modes: float
+    """Of that, what the modes add to the evidence of a normal distribution."""
     likelihood: Array
     """By channel and mode."""
     innovation: Array
@@ -108,12 +111,14 @@ class JointHypotheses:
         start = np.array([1 / max(prior.all @ self.precision, self.least_precision) for prior in priors])
         # The channel that its own variance explains least comes first.
         judged.sort(key=lambda i: -(nu[i] ** 2) / (base[i, i] + fresh[i] * start[i]))
-        swept = []
-        for x, c in zip(MOTION, COLOUR) if driven else [(1.0, 1.0)]:
-            more = (x - 1) * motion + (c - 1) * colour
-            swept.append(self._sweep(nu, base + more, fresh, start, priors, judged))
         if driven:
             self.process_belief = self.process_belief @ self.process_transition
+        swept = [self._sweep(nu, base, fresh, start, priors, judged)]
+        for x, c, prior in list(zip(MOTION, COLOUR, self.process_belief))[1:] if driven else []:
+            process = base + (x - 1) * motion + (c - 1) * colour
+            alike = replace(swept[0], log_evidence=_normal_evidence(nu, process, fresh * start) + swept[0].by_modes)
+            odds = prior * np.exp(alike.log_evidence - swept[0].log_evidence) / self.process_belief[0]
+            swept.append(self._sweep(nu, process, fresh, start, priors, judged) if odds > SWEEP_FROM else alike)
         likelihood = swept[0].likelihood
         ratio = sum(np.log((common[i].all @ likelihood[i]) / (priors[i].all @ likelihood[i])) for i in judged)
         evidence = np.array([*(each.log_evidence for each in swept), swept[0].log_evidence + ratio])
@@ -169,8 +174,7 @@ class JointHypotheses:
     def _sweep(self, nu: Array, base: Array, fresh: Array, scale: Array, priors: list[Prior], judged: list[int]) -> Sweep:
         c = np.flatnonzero(~np.isnan(nu))
         R = fresh * scale
-        S = base[np.ix_(c, c)] + np.diag(R[c])
-        log_evidence = -0.5 * float(nu[c] @ np.linalg.solve(S, nu[c]) + np.linalg.slogdet(2 * np.pi * S)[1])
+        normal, by_modes = _normal_evidence(nu, base, R), 0.0
         likelihood = np.ones(self.belief.shape)
         innovations, variances = np.zeros(len(nu)), np.zeros(len(nu))
         for i in judged:
@@ -186,7 +190,14 @@ class JointHypotheses:
             largest = log_likelihood.max()
             likelihood[i] = np.exp(log_likelihood - largest)
             posterior = priors[i].all * likelihood[i]
-            log_evidence += np.log(posterior.sum()) + largest - norm.logpdf(r, 0, np.sqrt(spread))
+            by_modes += np.log(posterior.sum()) + largest - norm.logpdf(r, 0, np.sqrt(spread))
             R[i] = fresh[i] / max(posterior @ self.precision / posterior.sum(), self.least_precision)
             innovations[i], variances[i] = r, others + fresh[i]
-        return Sweep(log_evidence, likelihood, innovations, variances)
+        return Sweep(normal + by_modes, by_modes, likelihood, innovations, variances)
+
+
+def _normal_evidence(nu: Array, base: Array, R: Array) -> float:
+    """log N(nu; 0, base + R) of the measured channels."""
+    c = np.flatnonzero(~np.isnan(nu))
+    S = base[np.ix_(c, c)] + np.diag(R[c])
+    return -0.5 * float(nu[c] @ np.linalg.solve(S, nu[c]) + np.linalg.slogdet(2 * np.pi * S)[1])
