@@ -27,16 +27,17 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
     return e;
 }
 
-// A queue above the memory limit of a filter is refused before allocation: a system that overcommits memory would end the process at the
+// Memory that a filter may take. What is above is refused before allocation: a system that overcommits memory would end the process at the
 // first use. Chosen: a gibibyte, a quarter of the memory of small machines.
+constexpr double max_filter_bytes = 1 << 30;
+
 template <class Model>
 hnav_status check_memory(const CallersMessage& caller, const Model& model, const typename Filter<Model>::Settings& settings,
                          int queue_capacity) {
-    constexpr double largest_bytes = 1 << 30;
     const auto bytes = static_cast<double>(Filter<Model>::bytes(model, settings));
-    if (bytes <= largest_bytes) return HNAV_OK;
+    if (bytes <= max_filter_bytes) return HNAV_OK;
     return caller.fail(HNAV_ERROR_OPTION, "queue_capacity = %d takes %.1f GiB: a filter may take 1 GiB, which holds %.0f",
-                       queue_capacity, bytes / largest_bytes, std::floor(0.99 * queue_capacity * largest_bytes / bytes));
+                       queue_capacity, bytes / max_filter_bytes, std::floor(0.99 * queue_capacity * max_filter_bytes / bytes));
 }
 
 } // namespace hnav

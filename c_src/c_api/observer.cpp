@@ -32,12 +32,15 @@ void push_start(ObserverObject* o) {
     if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
 }
 
-bool take_memory(ObserverObject* o) {
-    using hnav::observer::Workspace;
+std::size_t workspace_bytes(const hnav::observer::PlantSizes& sizes) {
     hnav::Arena count;
-    const Problem counted(count, o->plant->sizes);
-    Workspace(count, counted);
-    o->block = hnav::take_block(count.used());
+    const Problem counted(count, sizes);
+    const hnav::observer::Workspace work(count, counted);
+    return count.used();
+}
+
+bool take_memory(ObserverObject* o) {
+    o->block = hnav::take_block(workspace_bytes(o->plant->sizes));
     if (!o->block) return false;
     hnav::Arena arena(o->block);
     o->problem.emplace(arena, o->plant->sizes);
@@ -65,6 +68,23 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
     return HNAV_OK;
 }
 
+// The numbers of a plan take memory in the workspace and in each place of the queue.
+hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& model,
+                         const ObserverObject::FilterOfModel::Settings& settings, const hnav::CallersMessage& caller) {
+    const auto fixed = static_cast<double>(workspace_bytes(o.plant->sizes));
+    const auto queue = static_cast<double>(ObserverObject::FilterOfModel::bytes(model, settings));
+    const double left = hnav::max_filter_bytes - fixed;
+    if (queue <= left) return HNAV_OK;
+    const int capacity = o.options.queue_capacity;
+    const double holds = std::floor(0.99 * capacity * left / queue);
+    char remedy[64] = "";
+    if (holds >= 2) std::snprintf(remedy, sizeof remedy, "take queue_capacity = %.0f, ", holds);
+    return caller.fail(HNAV_ERROR_OPTION,
+                       "%d states, unknown inputs and parameters with queue_capacity = %d take %.1f GiB, an observer may take "
+                       "1 GiB: %sestimate fewer parameters and unknown inputs, or export a coarser model",
+                       o.problem->N, capacity, (fixed + queue) / hnav::max_filter_bytes, remedy);
+}
+
 hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller) {
     const hnav_observer_options& options = o->options;
     hnav::observer::ModelSettings settings;
@@ -90,7 +110,7 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
     e.fingerprint = o->problem->fingerprint(o->fingerprint);
     o->trouble = {};
     const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, settings);
-    if (const hnav_status status = hnav::check_memory(caller, model, e, options.queue_capacity)) return status;
+    if (const hnav_status status = check_memory(*o, model, e, caller)) return status;
     const bool made = o->filter.create(model, e);
     if (made && (!model.may_be_stiff() || model.make_stiff_solver(options.max_steps))) return HNAV_OK;
     if (!made && o->trouble.any)

@@ -151,6 +151,11 @@ private:
         return "its first word is not known";
     }
 
+    const char* more_than(int most, const char* what) {
+        std::snprintf(said_, sizeof said_, "there are more than %d %s", most, what);
+        return said_;
+    }
+
     const char* take_set(Words& words) {
         if (plan_.set_count == max_set) return "there are too many start values";
         plan_.set[plan_.set_count] = words.reference();
@@ -159,7 +164,7 @@ private:
     }
 
     const char* take_state(Words& words) {
-        if (count_[states] == max_estimated) return "there are more than 1000 states";
+        if (count_[states] == max_estimated) return more_than(max_estimated, "states");
         const int i = count_[states]++;
         plan_.state[i] = words.reference();
         plan_.derivative[i] = words.reference();
@@ -168,7 +173,7 @@ private:
     }
 
     const char* take_input(Words& words) {
-        if (count_[inputs] == max_channels_used) return "there are more than 62 inputs";
+        if (count_[inputs] == max_channels_used) return more_than(max_channels_used, "inputs");
         const int i = count_[inputs]++;
         plan_.input[i] = words.reference();
         plan_.input_is_discrete[i] = words.flag();
@@ -177,7 +182,7 @@ private:
     }
 
     const char* take_unknown(Words& words) {
-        if (count_[unknowns] == max_estimated) return "there are more than 1000 unknown inputs";
+        if (count_[unknowns] == max_estimated) return more_than(max_estimated, "unknown inputs");
         const int i = count_[unknowns]++;
         unknown_[i] = words.reference();
         row_[unknowns][i].read(words);
@@ -186,7 +191,7 @@ private:
     }
 
     const char* take_parameter(Words& words) {
-        if (count_[parameters] == max_estimated) return "there are more than 1000 parameters";
+        if (count_[parameters] == max_estimated) return more_than(max_estimated, "parameters");
         const int i = count_[parameters]++;
         plan_.parameter[i] = words.reference();
         row_[parameters][i].read(words);
@@ -194,7 +199,7 @@ private:
     }
 
     const char* take_sensor(Words& words) {
-        if (plan_.sizes.outputs == max_channels_used) return "there are more than 62 sensors";
+        if (plan_.sizes.outputs == max_channels_used) return more_than(max_channels_used, "sensors");
         const int i = plan_.sizes.outputs++;
         plan_.sensor[i] = words.reference();
         plan_.sensor_is_output[i] = words.flag();
@@ -233,6 +238,7 @@ private:
     Plan& plan_;
     bool ended_ = false;
     int count_[kinds] = {};
+    char said_[64] = ""; // by more_than
     std::uint32_t unknown_[max_estimated] = {};
     Estimated row_[kinds][max_estimated] = {};
 };
@@ -260,9 +266,10 @@ bool Plan::read(const char* folder, Refusal& why) {
     }
     std::fclose(file);
     const bool ended = reader->ended();
+    const bool sound = !refused || why.refuse(Refusal::impossible, "observer.plan, line %d: %s", number, refused);
     reader->finish();
     destroy_object(reader);
-    if (refused) return why.refuse(Refusal::impossible, "observer.plan, line %d: %s", number, refused);
+    if (!sound) return false;
     if (!ended) return why.refuse(Refusal::impossible, "observer.plan ends before its last line, \"end\"");
     if (fmi != 2 && fmi != 3) return why.refuse(Refusal::impossible, "observer.plan: fmi is %d, not 2 or 3", fmi);
     return true;

@@ -1,5 +1,7 @@
 """Plants of more than 64 numbers, and where they end."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,15 @@ def test_150_numbers_have_their_own_moments():
 def test_beyond_the_most_a_sentence_says_so():
     with pytest.raises(HnavValueError, match="are 1001, the most is 1000: estimate fewer parameters"):
         Observer(decays(1001))
+
+
+def test_numbers_beyond_the_memory_are_refused_with_a_remedy_that_holds():
+    with pytest.raises(HnavValueError, match="150 states.* an observer may take 1 GiB: take queue_capacity") as refused:
+        Observer(decays(), queue_capacity=20_000)
+    remedy = int(re.search(r"queue_capacity = (\d+), estimate fewer", str(refused.value))[1])
+    with pytest.raises(HnavValueError, match="an observer may take 1 GiB"):
+        Observer(decays(), queue_capacity=int(1.02 * remedy))
+    assert Observer(decays(), queue_capacity=remedy).info().dropped == 0
 
 
 def test_the_command_names_the_plan_of_the_user(little_fmu, tmp_path):

@@ -51,7 +51,7 @@ def test_the_noises_of_a_simulation_are_found(little_fmu):
 def test_a_model_holds_only_with_innovations_that_are_white_and_as_large_as_stated(little_fmu):
     tuned = tune(plan_of(little_fmu, 0.03, 0.15), T_S[:400], {"x": recording()[:400]})
     assert verdict_of(tuned.ahead_nis["x"], tuned.correlation["x"], tuned.mean_nis["x"]).endswith("the model holds")
-    for figures in ((2.5, 0.0, 1.0), (1.1, 0.3, 1.0), (1.1, 0.0, 1.4), (1.1, 0.0, 0.6)):
+    for figures in ((2.5, 0.0, 1.0), (0.08, 0.0, 1.0), (1.1, 0.3, 1.0), (1.1, 0.0, 1.4), (1.1, 0.0, 0.6)):
         assert verdict_of(*figures).endswith("the model is wrong, not only its noise")
     assert "too few samples" in verdict_of(np.nan, 0.0, 1.0)
 

@@ -27,7 +27,7 @@ from hnav.native.arrays import Array
 
 SHOWN = 12  # variables of a kind
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
-GOOD_AHEAD = 2.0
+GOOD_AHEAD = (0.5, 2.0)  # mean NIS of predictions, which are fewer
 CORRELATED = 0.2  # correlation of an innovation with one of the next five; noise alone stays below
 INCOMPLETE = 1  # exit code: the plant had no answer somewhere
 WHERE_IT_CRASHES = "ask its maker; if it crashes when it is freed, set never_freed = true under [plant]"
@@ -296,8 +296,8 @@ def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
     if ahead_nis != ahead_nis:
         return "too few samples to say whether the model holds"
     white = f"innovations correlated by {correlation:.2f} and with a mean NIS of {mean_nis:.2f}"
-    sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1]
-    wrong = ahead_nis >= GOOD_AHEAD or abs(correlation) > CORRELATED or not sized
+    sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1] and GOOD_AHEAD[0] < ahead_nis < GOOD_AHEAD[1]
+    wrong = abs(correlation) > CORRELATED or not sized
     return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"
 
 

@@ -57,7 +57,7 @@ class Tuned:
     mean_nis: dict[str, float]
     """By sensor, of all innovations with the noises found; 1 where their size is as stated."""
     ahead_nis: dict[str, float]
-    """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far above 1: the model is wrong, not
+    """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far from 1: the model is wrong, not
     its noise."""
 
 
