@@ -69,6 +69,13 @@ MotionAlong motion_along(const State& s, const double* direction);
 // Sigmas of a vector with covariance P, in the axes that to_axes turns to.
 Vector3 sigmas_along(const Matrix3& to_axes, const Matrix3& P);
 
+// With what the body sets where it is not given.
+inline Options with_body(Options options) {
+    constexpr double car_across_m_s = 0.1; // tyres on a road, as in the simulated and recorded drives (./run study ins --wheels)
+    if (options.body == HNAV_BODY_CAR && !(options.car_across_m_s > 0)) options.car_across_m_s = car_across_m_s;
+    return options;
+}
+
 class Model {
 public:
     static constexpr int nx = ins::nx;
@@ -78,7 +85,7 @@ public:
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
 
     Model() = default;
-    explicit Model(const Options& options) : options_(options) {}
+    explicit Model(const Options& options) : options_(with_body(options)) {}
     const Options& options() const { return options_; }
     // Where each correction is recorded; null: it is not.
     void record_steps(Step* step) { step_ = step; }

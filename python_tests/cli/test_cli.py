@@ -68,6 +68,13 @@ def test_a_grade_sets_options_of_the_filter(flight, tmp_path):
     assert sigma["consumer"] > 10 * sigma["tactical"]
 
 
+def test_a_body_sets_what_the_filter_assumes_of_the_motion(flight, tmp_path):
+    for name, body in (("any", ["--body", "any"]), ("unset", []), ("car", ["--body", "car"])):
+        assert hnav("filter", flight, "--mag-unit", "uT", *body, "--out", tmp_path / f"{name}.csv").returncode == 0
+    rows = {name: pd.read_csv(tmp_path / f"{name}.csv", comment="#") for name in ("any", "unset", "car")}
+    assert rows["any"].equals(rows["unset"]) and not rows["car"].equals(rows["unset"])
+
+
 def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     pytest.importorskip("pygeomag")
     yaw = []
@@ -94,6 +101,8 @@ def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--grade", "consumer", "--sensor", "x.json"], "--grade and --sensor: give one of them"),
     (["filter", "FLIGHT", "--out", "OUT", "--sensor", "nowhere.json"], "nowhere.json"),
     (["filter", "FLIGHT", "--out", "OUT", "--place-and-date", "48,11"], "write LAT,LON,HEIGHT,YEAR"),
+    (["filter", "FLIGHT", "--out", "OUT", "--body", "boat"], "body=boat: write ship"),
+    (["filter", "FLIGHT", "--out", "OUT", "--filter", "hrekf", "--body", "car"], "--body car: hrekf has no such option"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),
     (["compare", "nowhere", "--filter", "ahrs"], "nowhere"),

@@ -39,6 +39,16 @@ def navigate(samples, ins):
     return ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids)
 
 
+def test_a_car_by_its_word_is_one_by_its_option(drive):
+    samples, _ = drive
+    word, option, other = (
+        navigate(samples, hnav.Ins("industrial", **FAST, **chosen)).q_nb
+        for chosen in ({"body": "car"}, {"car_across_m_s": 0.1}, {})
+    )
+    np.testing.assert_array_equal(word, option)
+    assert not np.array_equal(word, other, equal_nan=True)
+
+
 def test_a_run_is_what_single_samples_give_bit_for_bit(drive):
     samples, _ = drive
     run = navigate(samples, hnav.Ins("industrial", **FAST))

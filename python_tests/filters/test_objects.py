@@ -81,6 +81,9 @@ def test_arrays_of_numpy_and_text_of_files_are_values():
 
 
 @pytest.mark.parametrize("name, value, said", [
+    ("body", "boat", "body = boat: write ship"), ("body", "Drone", "body = Drone: write quadrotor"),
+    ("body", "foot", "body = foot: write walker"), ("body", "plane", "body = plane: write aircraft"),
+    ("body", "phone", "body = phone: write hand"), ("body", "cart", "body = cart: choose one of any, hand, walker, car, ship"),
     ("solver", 1, "solver = 1: choose one of erkstep, adams, closed_form, euler"),
     ("solver", "ADAMS", "solver = ADAMS: choose one of erkstep"),
     ("q_body_sensor", [1, 0, 0], "q_body_sensor takes 4 numbers, not 3"),

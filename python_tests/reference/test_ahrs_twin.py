@@ -1,6 +1,7 @@
 """The AHRS in C beside its twin in NumPy: attitude, sigma, biases, and every verdict."""
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from hnav import Filter, Options
 from hnav.io.recordings import Recording
 from hnav.reference.ahrs import AhrsReference
+from studies.bench.motions import motion
 from studies.readiness.starts import simulated_start
 
 GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "inflate anew": "inflated"}
@@ -167,3 +169,10 @@ def test_the_library_is_the_numpy_twin_with_the_field_of_the_place(hidden, index
 def test_the_library_is_the_numpy_twin_on_a_real_recording(broad_trial):
     twin, _ = assert_equal(rows_of(broad_trial.cropped(60)), outlier_rate_rad_s=8.0)
     assert twin.heading_ready()
+
+
+@pytest.mark.parametrize(("kind", "body", "seed"), [("car", "car", 0), ("aircraft", "aircraft", 3), ("foot", "walker", 0)])
+def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed):
+    """Stops and smooth bends, in which the field decides what is a rest."""
+    twin, _ = assert_equal(islice(rows_of(motion(kind, seed)), 3000), body=body)
+    assert twin.still_field.first.any()

@@ -11,7 +11,7 @@ from hnav.reference import earth
 from hnav.rotations import quaternion_product
 from studies.bench import motions
 from studies.bench.__main__ import main
-from studies.bench.contenders import Contender, Estimate
+from studies.bench.contenders import Contender, Estimate, own_contender
 from studies.bench.motions import KINDS, RATE_HZ, motion
 from studies.bench.rows import run_trial
 
@@ -52,6 +52,16 @@ def test_the_set_needs_no_folder_and_tells_of_readiness(monkeypatch, tmp_path):
     assert [row["set"] for row in rows] == [f"MOTION {kind}" for kind in KINDS]
     assert all(float(row["tilt_z2"]) > 0 and 0 <= float(row["tilt_wrong"]) <= float(row["tilt_ready"]) <= 1 for row in rows)
     assert "tilt ready" in done.stdout
+
+
+@pytest.mark.parametrize("kind, seed, gain", [("car", 0, 0.9), ("aircraft", 2, 0.5), ("foot", 0, 0.6), ("ship", 0, 1.1)])
+def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain):
+    """Errors that are no larger than stated, and never ready and wrong; with the word the ship is as good and states larger sigmas."""
+    without, own = run_trial(
+        "MOTION", motion(kind, seed), RATE_HZ, [own_contender(f"ahrs:solver=closed_form{w}") for w in ("", ":body=own")]
+    )
+    assert own.total_deg < gain * without.total_deg and own.tilt_z2 < without.tilt_z2
+    assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
 
 
 @pytest.mark.parametrize("arguments, named", [

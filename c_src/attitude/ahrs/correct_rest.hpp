@@ -5,18 +5,44 @@
 
 namespace hnav {
 
+// Whether the body is at rest: rate and force are quiet, and neither the field (of a given body) nor the bias shows a turn.
+template <class R>
+bool AhrsModelOf<R>::is_at_rest(State& s, const Correction& c) const {
+    constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
+    if (density_.lasting_density2 > 0 && !is_field_still(s)) return false;
+    if (!s.rest.at_rest(options_)) return false;
+    s.rest.note_wander(s.x[13]);
+    const Vector3R from_bias = Vector3R(s.rest.mean_rate) - Vector3R(s.bias);
+    if (normalised_square<3, R>(block<3, 3>(c.P, bias, bias), from_bias) <= gate_nis) return true;
+    s.rest.still_s = 0;
+    return false;
+}
+
+template <class R>
+bool AhrsModelOf<R>::is_field_still(State& s) const {
+    if (!(s.rest.still_s > s.x[13])) s.still_field.still_s = 0;
+    if (!(s.rest.still_s > 0 && s.field_count > 0)) return true;
+    const Vector3R field_b = rotation_matrix<R>(QuaternionR(s.x)).transpose() * Vector3R(s.field_sum) / s.field_count;
+    if (s.still_field.note(field_b, s.field_s)) return true;
+    s.rest.still_s = 0;
+    return false;
+}
+
+// A vehicle at constant velocity is as quiet as one at rest. The velocity state is therefore relative to that at the begin of the rest.
+template <class R>
+void AhrsModelOf<R>::begin_rest(State& s, Correction& c) const {
+    s.velocity[0] = s.velocity[1] = 0;
+    rows<2>(c.P, velocity).setZero();
+    columns<2>(c.P, velocity).setZero();
+    diagonal<2>(c.P, velocity).setConstant(sigma_.velocity * sigma_.velocity);
+}
+
 template <class R>
 void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
-    constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
     Eigen::Matrix<R, errors, 3> PHt;
     for (int k = 0; k < 3; ++k) PHt.col(k) = c.column(bias + k);
     Matrix3R S = rows<3>(PHt, bias);
     const Vector3R innovation = Vector3R(s.rest.mean_rate) - Vector3R(s.bias) - segment<3>(c.error, bias);
-    s.rest.note_wander(s.x[13]);
-    if (normalised_square<3, R>(S, innovation) > gate_nis) {
-        s.rest.still_s = 0;
-        return;
-    }
     s.lasting.settle(Vector3R(s.rest.mean_force).norm(), s.x[13]);
     S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander_density2()) / s.x[13];
     condition<3, 0>(c, PHt, S, innovation);

@@ -7,12 +7,12 @@
 namespace hnav {
 
 template <class R>
-void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s) const {
+void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool rests) const {
     const Vector3R before = c.rotation_variances();
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    S.diagonal().array() +=
-        (s.motion.density2(density_.velocity_density2, s.rest.at_rest(options_)) + s.lasting.density2()) / s.force_s;
+    const R lasting2 = rests ? s.lasting.density2() : std::max(s.lasting.density2(), density_.lasting_density2);
+    S.diagonal().array() += (s.motion.density2(density_.velocity_density2, rests) + lasting2) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
 
     InnovationOf<R>& i = s.innovation[accel];
@@ -42,7 +42,7 @@ void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
     const R prior = sigma_.force_latency * sigma_.force_latency;
     const R expected = s.reversed ? -R(options_.start_accel_latency) : R(options_.start_accel_latency);
     const R interval = R(s.spacing_s[gyro] / s.spacing_s[accel]);
-    const R learnt = std::fmax(R(0), prior - latency_variance) / (2 * prior * prior);
+    const R learnt = std::max(R(0), prior - latency_variance) / (2 * prior * prior);
     const R either = std::cosh((s.force_latency - expected) * interval / prior) * std::exp(-interval * interval * learnt);
     s.wrong_hold = 1 / (1 + (1 - suspected_hold) / (suspected_hold * either));
 }

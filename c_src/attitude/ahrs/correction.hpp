@@ -16,18 +16,21 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     forget_declination(s, c.P);
     inflate_tilt(s, c.P);
 
+    const bool rests = !s.lost && is_at_rest(s, c);
     if (s.lost) {
         find_attitude(s, c);
     } else if (s.force_s > 0) {
         note_motion(s, c);
-        if (!level_anew(s, c)) correct_velocity(s, c, event.t_s);
+        if (density_.lasting_density2 > 0 && rests && !(s.rests > 0)) begin_rest(s, c);
+        if (!level_anew(s, c)) correct_velocity(s, c, event.t_s, rests);
     }
     if (!s.lost) {
-        if (s.rest.at_rest(options_)) correct_rest(s, c);
+        if (rests) correct_rest(s, c);
         if (s.field_count > 0 && s.field_s > 0) correct_field(s, c, event.t_s);
         correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
     }
 
+    s.rests = rests;
     apply(s, c.error);
     s.lasting.turn(s.velocity, c.error[rotation], c.error[rotation + 1], R(gravity_m_s2));
     keep(s, c);
@@ -65,7 +68,7 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && !tilt_converged(s, 0))
+    if (robust_.mode != GammaMode::off && !(density_.lasting_density2 > 0) && !tilt_converged(s, 0))
         inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;

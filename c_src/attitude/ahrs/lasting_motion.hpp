@@ -9,6 +9,7 @@
 #include "base/instant.hpp"
 #include "maths/rotation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hnav {
@@ -56,8 +57,8 @@ struct LastingMotion {
                 v[i] += gathered[i] - T / (W + T) * v[i];
                 mean[i] += T / (mean_of_scale * W + T) * (v[i] - mean[i]);
             }
-            now[j] = std::fmax(R(0), (mean[0] * mean[0] + mean[1] * mean[1]) / 2 - sigmas2 * tilt2 * explained * explained);
-            power[j] += T / (std::fmax(min_memory_s, W) + T) * (now[j] - power[j]);
+            now[j] = std::max(R(0), (mean[0] * mean[0] + mean[1] * mean[1]) / 2 - sigmas2 * tilt2 * explained * explained);
+            power[j] += T / (std::max(min_memory_s, W) + T) * (now[j] - power[j]);
         }
         down += gathered[2] + g * T - T / (down_s + T) * down;
         down2 += T / (down_memory_s + T) * (down * down - down2);
@@ -82,8 +83,8 @@ struct LastingMotion {
     // of the velocity at the next correction; otherwise 0 = v would tilt the horizon.
     R uncount() {
         R counted_now2 = 0;
-        for (int j = 0; j < scales; ++j) counted_now2 = std::fmax(counted_now2, std::fmax(power[j], now[j]));
-        const R released2 = std::fmax(R(0), counted2 - counted_now2);
+        for (int j = 0; j < scales; ++j) counted_now2 = std::max(counted_now2, std::max(power[j], now[j]));
+        const R released2 = std::max(R(0), counted2 - counted_now2);
         counted2 = counted_now2;
         return released2;
     }
@@ -100,7 +101,7 @@ struct LastingMotion {
     // Spectral density of the velocity at frequency zero, (m/s)^2/Hz, 2 sigma^2 tau, largest over the scales.
     R density2() const {
         R most = 0;
-        for (int j = 0; j < scales; ++j) most = std::fmax(most, 2 * scale_s[j] * std::fmax(power[j], now[j]));
+        for (int j = 0; j < scales; ++j) most = std::max(most, 2 * scale_s[j] * std::max(power[j], now[j]));
         return most;
     }
 
@@ -114,7 +115,7 @@ struct LastingMotion {
         if (!has_lasted(force_s, least_s)) return 0;
         const Vector3Of<R> f = Vector3Of<R>(force) / force_s;
         const R by_down = f[2] + g, by_length = f.norm() - g;
-        const R vertical2 = down2 + velocity2 + slope2 * std::fmax(power[1], now[1]);
+        const R vertical2 = down2 + velocity2 + slope2 * std::max(power[1], now[1]);
         const R variance = vertical2 / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
         // A force whose length differs from gravity contradicts a wrong horizon.

@@ -249,8 +249,11 @@ private:
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
-    void correct_velocity(State& s, Correction& c, double t_s) const; // correct_velocity.hpp
-    void correct_rest(State& s, Correction& c) const; // correct_rest.hpp
+    void correct_velocity(State& s, Correction& c, double t_s, bool rests) const; // correct_velocity.hpp
+    bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp
+    bool is_field_still(State& s) const;
+    void begin_rest(State& s, Correction& c) const;
+    void correct_rest(State& s, Correction& c) const;
 
     // The correction by the aid of one channel, defined in a file of its own, such as correct_heading.cpp. A new aid changes nothing
     // here; the linker reports a missing one.

@@ -1,11 +1,13 @@
 // Settings of the AHRS, derived from its options, and its state.
 #pragma once
 
+#include "attitude/ahrs/body.hpp"
 #include "attitude/ahrs/field_noise.hpp"
 #include "attitude/ahrs/given_field.hpp"
 #include "attitude/ahrs/lasting_motion.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
+#include "attitude/ahrs/still_field.hpp"
 #include "attitude/ahrs/tilt_excess.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
@@ -66,6 +68,7 @@ struct AhrsDensities {
     R bias_walk_psd;  // (rad/s)^2/s
     R reference_psd;  // 1/s
     R velocity_density2; // (m/s)^2/Hz, at most
+    R lasting_density2; // (m/s)^2/Hz, at least while the body moves; 0: the body is not given
     R azimuth_density2, intensity_density2; // of the field in a room, 1/Hz
     R rest_bias_density2; // (rad/s)^2/Hz
 
@@ -75,6 +78,7 @@ struct AhrsDensities {
           bias_walk_psd(R(square(o.gyro_bias_walk_rad_s_per_sqrt_s))),
           reference_psd(R(square(o.reference_walk_per_sqrt_s))),
           velocity_density2(R(square(o.velocity_noise_m_s_per_sqrt_hz))),
+          lasting_density2(lasting_density2_of<R>(o.body)),
           azimuth_density2(R(square(o.mag_azimuth_noise_per_sqrt_hz))),
           intensity_density2(R(square(o.mag_intensity_noise_per_sqrt_hz))),
           rest_bias_density2(R(square(o.rest_bias_noise_rad_s_per_sqrt_hz))) {}
@@ -107,6 +111,8 @@ struct AhrsState {
     std::uint64_t lost, times_lost; // the attitude is to be found again
     std::uint64_t gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired;
+    StillField<R> still_field; // of a given body
+    R rests; // 1: the last correction was at rest
     std::uint64_t verdict; // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
     std::uint64_t seldom_changes; // counts changes; last member of this group

@@ -8,6 +8,7 @@
 
 #include "maths/rotation.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hnav {
@@ -31,8 +32,8 @@ struct TiltExcess {
             corrected[i] = kept * corrected[i] + correction[i];
             square += corrected[i] * corrected[i] / 2;
         }
-        expected = kept * kept * expected + std::fmax(R(0), taken);
-        variance = std::fmax(kept * variance, square - expected);
+        expected = kept * kept * expected + std::max(R(0), taken);
+        variance = std::max(kept * variance, square - expected);
     }
 };
 

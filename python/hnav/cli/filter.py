@@ -17,6 +17,7 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
 from hnav.cli.parameters import (
+    Body,
     Engine,
     FilterOrIns,
     Force,
@@ -100,8 +101,9 @@ def command(
     place_and_date: PlaceAndDate = None,
     grade: SensorGrade = None,
     sensor: Sensor = None,
+    body: Body = None,
 ) -> None:
-    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
+    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
     wanted = Wanted(
         reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, sensor,
         gnss, truth, outages,

@@ -20,6 +20,7 @@ from hnav.cli import navigation
 from hnav.cli.console import console
 from hnav.cli.live_filters import LiveFilter, live_filter
 from hnav.cli.parameters import (
+    Body,
     FilterOrIns,
     Frame,
     PlaceAndDate,
@@ -83,10 +84,11 @@ def command(
     place_and_date: PlaceAndDate = None,
     grade: SensorGrade = None,
     sensor: Sensor = None,
+    body: Body = None,
 ) -> None:
     if reading.format is not None:
         raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
-    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date)
+    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
     chosen = of_frame(filter, frame) | of_options | parse_settings(settings)
     corrected = corrected_by(sensor)
     with ExitStack() as opened:

@@ -9,7 +9,7 @@ import typer
 
 from hnav.cli.completion import among, grade_names, option_names, scenario_names, system_names
 from hnav.cli.words import UsageError
-from hnav.filters.options import FILTERS
+from hnav.filters.options import BODIES, FILTERS
 from hnav.fmi.engines import ENGINES
 from hnav.io.readers import FORMATS
 from hnav.io.sensors import GRADES
@@ -35,6 +35,14 @@ Sensor = Annotated[
     typer.Option(
         metavar="FILE",
         help="Sensor file: figures by the datasheet, of the INS beside those of its preset, and calibrations, which correct the recording",
+    ),
+]
+Body = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help=f"What the sensor is on: {', '.join(BODIES)}; default: any, nothing is assumed",
+        autocompletion=among(*BODIES),
     ),
 ]
 Gnss = Annotated[

@@ -9,18 +9,19 @@ from pathlib import Path
 
 from hnav.cli.recordings import Reading
 from hnav.cli.words import UsageError
-from hnav.filters.options import options_of_place, options_of_sensor
+from hnav.filters.options import option_table, options_of_place, options_of_sensor
 from hnav.io.plausibility import hemisphere_at
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES, read_grade
 
 INS = "ins"
+BODY = "body"
 Corrected = Callable[[Recording], Recording]
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """Options by their names; settings are those of the filter, with what grade, sensor and place set."""
+    """Options by their names; settings are those of the filter, with what grade, sensor, place and body set."""
 
     reading: Reading
     filter: str = "ahrs"
@@ -53,10 +54,10 @@ def corrected_by(sensor: Path | None) -> Corrected | None:
 
 
 def preset_and_settings(
-    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None
+    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None, body: str | None
 ) -> tuple[str, dict[str, str]]:
-    """The preset, which a grade is for the INS, and the settings of sensors and place. Raises UsageError, HnavError."""
-    of_place = settings_of_place(filter, place_and_date)
+    """The preset, which a grade is for the INS, and the settings of sensors, place and body. Raises UsageError, HnavError."""
+    of_place = settings_of_place(filter, place_and_date) | _of_body(filter, body)
     if filter == INS:
         return grade or preset, _of_sensor(filter, sensor) | of_place
     if grade is not None and sensor is not None:
@@ -64,6 +65,15 @@ def preset_and_settings(
     if grade is not None and grade not in GRADES:
         raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
     return preset, _of_sensor(filter, sensor or grade) | of_place
+
+
+def _of_body(filter: str, body: str | None) -> dict[str, str]:
+    if body is None:
+        return {}
+    if BODY not in option_table(filter):
+        raise UsageError(f"--body {body}: {filter} has no such option: use --filter ahrs or --filter ins")
+    option_table(filter)[BODY].parse(body)  # refuses what is no body
+    return {BODY: body}
 
 
 def _of_sensor(filter: str, sensor: Path | str | None) -> dict[str, str]:

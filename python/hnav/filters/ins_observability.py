@@ -151,9 +151,10 @@ def _information(motion: Motion, run: InsRun, aids: Aids, options: Options, sigm
     still = rows.summed(run.at_rest[rows.rows] * rows.steps_s)
     for window in np.flatnonzero(still > 0).tolist():
         add("rest", window, *_rest(motion, window, still[window], options))
-    if options.car_across_m_s > 0:
+    across_m_s = options.car_across_m_s or (0.1 if options.body == "car" else 0.0)
+    if across_m_s > 0:
         for window in range(m):
-            add("car", window, _along(motion, window)[1:], np.full(2, options.car_across_m_s**2))
+            add("car", window, _along(motion, window)[1:], np.full(2, across_m_s**2))
     return found
 
 

@@ -16,6 +16,8 @@ FILTERS = {"hrekf": ("default", "paper"), "ahrs": ("default",)}
 """The attitude filters, and the presets of each."""
 INS_PRESETS = enumerators("hnav_ins_preset", "HNAV_INS_")
 """Those of the INS, grades of inertial sensors: consumer, industrial, tactical, navigation."""
+BODIES = enumerators("hnav_body", "HNAV_BODY_")
+"""Choices of the option body of the AHRS and the INS: any, hand, walker, car, ship, quadrotor, aircraft."""
 PRESETS = {**FILTERS, "ins": INS_PRESETS}
 
 
@@ -60,7 +62,7 @@ class Options(OptionSet):
     """Options of a filter, as attributes; option_table(filter) has unit, range and meaning of each.
 
         Options("hrekf", "paper", gamma_mode="kl", q_body_sensor=[1, 0, 0, 0])
-        Options("ins", "industrial", car_across_m_s=0.1)
+        Options("ins", "industrial", body="car")
 
     filter: "ahrs", "hrekf" or "ins". preset: one of PRESETS[filter], or "default" for the first. place_and_date: latitude and
     longitude in rad, height above the ellipsoid in m, decimal year; sets the reference field and the declination by the World

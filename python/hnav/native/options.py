@@ -14,6 +14,23 @@ from hnav.native.library import ffi, library, text
 Made = TypeVar("Made", bound="OptionSet")
 
 
+MEANT = {
+    "body": {
+        wrong: body
+        for body, words in {
+            "hand": "phone telephone smartphone head headset vr arm wrist tool",
+            "walker": "foot feet shoe pedestrian person human runner waist pocket animal",
+            "car": "automobile truck lorry bus van train tram tractor",
+            "ship": "boat vessel yacht ferry buoy usv",
+            "quadrotor": "drone copter multicopter multirotor hexacopter octocopter helicopter uav",
+            "aircraft": "plane airplane aeroplane glider jet fixedwing fixed-wing",
+        }.items()
+        for wrong in words.split()
+    }
+}
+"""Words for a choice of an option that people use, and the one to write."""
+
+
 @dataclass(frozen=True)
 class OptionInfo:
     """One option as the library states it."""
@@ -54,7 +71,7 @@ class OptionInfo:
         """A value from text: the number of a choice, numbers separated by commas for several. Raises HnavValueError."""
         if self.choices:
             if text not in self.choices:
-                raise self._refused(f"{self.attribute} = {text}: choose one of {', '.join(self.choices)}")
+                raise self._refused(self._wrong_choice(text))
             return self.choices.index(text)
         parts = text.split(",")
         if len(parts) != self.count:
@@ -70,7 +87,7 @@ class OptionInfo:
     def numbers(self, value: object) -> list[float | int]:
         """What goes into the C struct for a value by Python: a choice by its name, numbers, or text. Raises HnavValueError."""
         if self.choices and not isinstance(value, str):
-            raise self._refused(f"{self.attribute} = {value}: choose one of {', '.join(self.choices)}")
+            raise self._refused(self._wrong_choice(value))
         if isinstance(value, str):
             value = self.parse(value)
         numbers = list(_flat(value))
@@ -87,6 +104,11 @@ class OptionInfo:
         if any(abs(f) >= 2**31 for f in floats):
             raise self._refused(f"{self.attribute} = {value}: it lies between {self.min:g} and {self.max:g}")
         return [int(f) for f in floats]
+
+    def _wrong_choice(self, value: object) -> str:
+        meant = MEANT.get(self.attribute, {}).get(str(value).lower())
+        cure = f"write {meant}" if meant else f"choose one of {', '.join(self.choices)}"
+        return f"{self.attribute} = {value}: {cure}"
 
     def _refused(self, text: str) -> HnavValueError:
         return HnavValueError("option", text, self.attribute)

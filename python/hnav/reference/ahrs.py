@@ -24,6 +24,7 @@ from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,
+    LASTING_DENSITY2,
     FieldNoise,
     FirstSamples,
     LastingMotion,
@@ -31,6 +32,7 @@ from hnav.reference.ahrs_parts import (
     MotionNoise,
     RestDetector,
     SampleTimes,
+    StillField,
     TiltExcess,
     about_down,
     azimuth,
@@ -76,7 +78,8 @@ class AhrsReference:
         self.foreign2 = 0.0  # share of the declination's variance from a field that is not the given one, rad^2
         self.rate: Array | None = None
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
-        self.rest = RestDetector(o, np.zeros(3))
+        self.rest, self.rested, self.still_field = RestDetector(o, np.zeros(3)), False, StillField()
+        self.lasting_density2 = LASTING_DENSITY2.get(o.body, 0.0)  # 0: the body is not given
         self.begin_motion()
         self.field, self.field_noise = MagneticReference(o), FieldNoise()
         self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
@@ -313,22 +316,26 @@ class AhrsReference:
         """All corrections of one instant; what they learn is put into the state at their end."""
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
-        if not self.tilt_converged(0.0):
+        if self.lasting_density2 == 0 and not self.tilt_converged(0.0):
             # The start may be further off than its sigma says.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
+        rests = not self.lost and self.is_at_rest()
         if self.lost:
             self.find_attitude()
         elif self.force_s > 0:
             self.note_motion()
+            if self.lasting_density2 > 0 and rests and not self.rested:
+                self.begin_rest()
             if not self.level_anew():
-                self.correct_by_velocity()
+                self.correct_by_velocity(rests)
         if not self.lost:
-            if self.rest.at_rest():
+            if rests:
                 self.correct_by_rest()
             if self.field_s > 0:
                 self.correct_by_field()
             if heading is not None:
                 self.correct_by_heading(*heading)
+        self.rested = rests
         self.apply(self.error)
         self.lasting.turn(self.velocity, self.error[15], self.error[16])
         self.P, self.corrected_s = self.E, t_s
@@ -375,11 +382,11 @@ class AhrsReference:
         self.information, self.times_lost = np.zeros(2), self.times_lost + 1
         return True
 
-    def correct_by_velocity(self) -> None:
+    def correct_by_velocity(self, rests: bool) -> None:
         """0 = v + noise: a body moves, but it does not run away."""
         before = np.diag(self.E)[PHI][:2].copy()
-        density2 = self.motion.density2(self.rest.at_rest())
-        H, noise = np.eye(ERRORS)[V], (density2 + self.lasting.density2()) / self.force_s * np.eye(2)
+        density2 = self.motion.density2(rests) + max(self.lasting.density2(), 0.0 if rests else self.lasting_density2)
+        H, noise = np.eye(ERRORS)[V], density2 / self.force_s * np.eye(2)
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
         self.learn(H, -self.velocity, noise)
@@ -397,13 +404,36 @@ class AhrsReference:
         off = (self.force_latency - self.o.start_accel_latency) * interval / prior
         self.wrong_hold = 1 / (1 + 0.97 / (0.03 * math.cosh(off) * math.exp(-(interval**2) * learnt)))
 
+    def is_at_rest(self) -> bool:
+        """Neither the field nor the bias contradicts what rate and force take for rest."""
+        if self.lasting_density2 > 0 and not self.is_field_still():
+            self.rest.still_s = 0.0
+            return False
+        if not self.rest.at_rest():
+            return False
+        self.rest.note_wander(self.window_s)
+        from_bias = self.rest.mean_rate - self.bias
+        if from_bias @ np.linalg.solve(self.E[BIAS, BIAS], from_bias) <= 16:
+            return True
+        self.rest.still_s = 0.0  # it is a turn of the body
+        return False
+
+    def is_field_still(self) -> bool:
+        if not self.rest.still_s > self.window_s:
+            self.still_field.still_s = 0.0
+        if not (self.rest.still_s > 0 and self.fields > 0):
+            return True
+        return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.field_s)
+
+    def begin_rest(self) -> None:
+        """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
+        self.velocity = np.zeros(2)
+        self.E[V], self.E[:, V] = 0.0, 0.0
+        self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)
+
     def correct_by_rest(self) -> None:
         """Mean rate = b."""
         innovation = self.rest.mean_rate - self.bias - self.error[BIAS]
-        self.rest.note_wander(self.window_s)
-        if innovation @ np.linalg.solve(self.E[BIAS, BIAS], innovation) > 16:
-            self.rest.still_s = 0.0  # it is a turn of the body
-            return
         self.lasting.settle(float(np.linalg.norm(self.rest.mean_force)), self.window_s)
         density2 = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 + max(self.rest.wander2, self.rest.wander_now2)
         self.learn(np.eye(ERRORS)[BIAS], innovation, density2 / self.window_s * np.eye(3))

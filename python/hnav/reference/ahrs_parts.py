@@ -191,6 +191,35 @@ class RestDetector:
         self.wander2 += T / (4 + T) * (self.wander_now2 - self.wander2)
 
 
+class StillField:
+    """Whether the field stands still in body axes: a vehicle in a smooth bend is as quiet as one at rest."""
+
+    def __init__(self) -> None:
+        self.first, self.mean, self.noise2, self.still_s = np.zeros(3), np.zeros(3), 0.0, 0.0
+
+    def note(self, field_b: Array, T: float) -> bool:
+        """field_b: its mean over T."""
+        if not self.still_s > 0:
+            self.mean = field_b
+        self.still_s += T
+        away = field_b - self.mean
+        self.mean = toward(self.mean, field_b, T, min(self.still_s, 0.5))
+        self.noise2 += T / (2 + T) * (float(away @ away) / 3 - self.noise2)
+        if self.still_s <= 0.5:
+            self.first = self.mean
+        turned = self.mean - self.first
+        return bool(turned @ turned <= 0.004**2 + 16 * self.noise2 * T / 0.5)
+
+
+LASTING_DENSITY2 = {
+    body: 2 * speed_m_s**2 * duration_s
+    for body, speed_m_s, duration_s in (
+        ("walker", 1.2, 10), ("car", 12, 10), ("ship", 1, 10), ("quadrotor", 2, 5), ("aircraft", 30, 10),
+    )
+}  # fmt: skip
+"""2 sigma^2 tau of a velocity that changes by sigma and stays for tau, (m/s)^2/Hz."""
+
+
 class LastingMotion:
     """Velocities that last: what the force gathers over some seconds beyond what the horizon's tilt explains."""
 

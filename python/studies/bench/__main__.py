@@ -40,7 +40,10 @@ DRAWN = "BROAD"
 def command(
     folder: Trials = None,
     filters: Annotated[
-        str, typer.Option(help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; separated by commas")
+        str,
+        typer.Option(
+            help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; body=own: what each was recorded on; separated by commas"
+        ),
     ] = ",".join(DEFAULT_FILTERS),
     peers: Annotated[str, typer.Option(help=f"Filters by others: {', '.join(PEERS)}; all, or none")] = ",".join(DEFAULT_PEERS),
     sets: Annotated[

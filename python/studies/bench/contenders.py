@@ -15,6 +15,7 @@ from hnav.filters.attitude import Filter
 from hnav.filters.options import FILTERS, Options
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
+from studies.bench.motions import body_of
 from studies.bench.peers import PEERS, find_peer, run_peer
 from studies.larger_q import WALK, larger_q
 
@@ -22,6 +23,8 @@ SMOOTH = "-smooth"
 # Peers in pure Python take minutes for what the others do in seconds; they run when they are named.
 DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "ahrs")
 LARGER_Q = "ekf-larger-q"
+OWN_BODY = "body=own"
+"""The setting that gives each recording the word for what it was made on."""
 DEFAULT_FILTERS = ("hrekf", LARGER_Q, "ahrs", "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
 
 
@@ -50,7 +53,8 @@ class Contender:
 def contenders(filters: Sequence[str], peers: Sequence[str]) -> tuple[list[Contender], list[str]]:
     """Those that can run, and a line for each peer whose package is missing. Raises HnavError or UsageError for wrong names.
 
-    A filter is NAME, NAME-smooth for its smoother, or either with options: NAME:option=value:option=value.
+    A filter is NAME, NAME-smooth for its smoother, or either with options: NAME:option=value:option=value. body=own is the body that each
+    recording was made on.
     """
     ready, missing = [own_contender(name) for name in filters], []
     for name in peers:
@@ -72,11 +76,14 @@ def own_contender(name: str) -> Contender:
         others = {option: str(value) for option, value in larger_q(getattr(Options(filter), WALK)).items()}
     if filter not in FILTERS:
         raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
-    settings = {"navigation_frame": "enu"} | others | parse_settings(pairs)
+    own_body = OWN_BODY in pairs
+    chosen = parse_settings([pair for pair in pairs if pair != OWN_BODY])
+    settings = {"navigation_frame": "enu"} | others | chosen
     Options(filter, **settings)  # an invalid setting is refused before the first run
 
     def estimate(recording: Recording, rate_hz: float) -> Estimate:
-        result = run_recording(recording, filter, settings=settings, smooth=smooth)
+        body = {"body": body_of(recording)} if own_body else {}
+        result = run_recording(recording, filter, settings=settings | body, smooth=smooth)
         return Estimate(result.q_nb, result.sigma_rad, None, result.ready)
 
     def time_us(recording: Recording, rate_hz: float) -> float:

@@ -123,6 +123,13 @@ KINDS: dict[str, Callable[[np.random.Generator, Array], Motion]] = {
 }  # fmt: skip
 
 
+BODIES = {
+    "head": "hand", "arm": "hand", "tumble": "hand", "waist": "walker", "foot": "walker", "walker": "walker", "boat": "ship",
+    "ship": "ship", "quadrotor": "quadrotor", "car": "car", "aircraft": "aircraft",
+}  # fmt: skip
+"""The option body of the AHRS for each kind."""
+
+
 def motion(kind: str, seed: int) -> Recording:
     """A recording of two minutes with its true attitude. Even seeds begin at rest, odd ones in the midst of the motion."""
     rng = np.random.default_rng([seed, sum(map(ord, kind))])
@@ -160,3 +167,8 @@ def motions(seeds: Iterable[int]) -> list[Recording]:
 
 def kind_of(recording: Recording) -> str:
     return recording.name.partition(" ")[0]
+
+
+def body_of(recording: Recording) -> str:
+    """The option body for it; recordings of BROAD were held in a hand."""
+    return BODIES.get(kind_of(recording), "hand")

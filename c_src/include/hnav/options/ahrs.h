@@ -19,6 +19,10 @@ typedef struct hnav_ahrs_options {
     /* ------------------------ noise
      * What the sensors and the motion are taken to be. */
 
+    /* Kind of body: sets the noise of lasting velocities and the test of rest, and switches the robust law off.
+     * hnav_body, default any. The kind of body is unknown; with the right word the sigmas of a vehicle are correct from
+     * the start on. */
+    int32_t body;
     /* Angle random walk: white noise of the gyroscope.
      * [0, 1e3] rad/sqrt(s), default 8.4e-5. Of a usual chip, 5 mdeg/s/sqrt(Hz). */
     double gyro_noise_rad_per_sqrt_s;

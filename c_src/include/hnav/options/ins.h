@@ -65,6 +65,9 @@ typedef struct hnav_ins_options {
     /* ------------------------ aiding
      * Errors of GNSS, pressure, wheels and heading aids. */
 
+    /* Kind of body: car sets car_across_m_s if it is 0; the others set nothing, because no option improves their start.
+     * hnav_body, default any. The kind of body is unknown. */
+    int32_t body;
     /* Slowly varying error of the GNSS position, horizontal and vertical, one sigma; if the stated sigma of a fix is
      * larger, or below a tenth, the stated one is used; 0: none.
      * [0, 1e4] m, default 1.5, 1.5. Usual for a single receiver, vertically more; carrier phase and cameras state
@@ -96,8 +99,9 @@ typedef struct hnav_ins_options {
     /* Correlation time of that deviation.
      * (0, 1e6] s, default 300. The time that a vehicle stays near a place. */
     double field_direction_s;
-    /* A car: noise of its velocity sideways and upwards, used when the heading is found; 0 = no car.
-     * [0, 1e3] m/s, default 0. The kind of body is unknown; 0.1 for a car. */
+    /* A car: noise of its velocity sideways and upwards, used when the heading is found; 0 = that of the body: 0.1 for a
+     * car, none for others.
+     * [0, 1e3] m/s, default 0. The kind of body is unknown; body = car sets it. */
     double car_across_m_s;
 
     /* ------------------------ start

@@ -35,6 +35,17 @@ typedef enum hnav_reference_mode {
     HNAV_REFERENCE_GIVEN = 1   /* reference_strength_tesla and reference_dip_rad */
 } hnav_reference_mode;
 
+/* Kind of body: the assumption about its motion. */
+typedef enum hnav_body {
+    HNAV_BODY_ANY = 0,       /* nothing is assumed */
+    HNAV_BODY_HAND = 1,      /* held or worn, and turned about: the velocity returns to zero within a second */
+    HNAV_BODY_WALKER = 2,    /* worn by a person or an animal that walks, also on a foot */
+    HNAV_BODY_CAR = 3,       /* a vehicle on wheels or tracks */
+    HNAV_BODY_SHIP = 4,      /* a ship or a boat */
+    HNAV_BODY_QUADROTOR = 5, /* anything that hovers */
+    HNAV_BODY_AIRCRAFT = 6   /* an aeroplane */
+} hnav_body;
+
 /* Navigation axes of attitudes. */
 typedef enum hnav_navigation_frame {
     HNAV_FRAME_NED = 0, /* north, east, down */

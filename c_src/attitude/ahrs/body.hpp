@@ -1,0 +1,23 @@
+// What the option `body` assumes of the motion: the size and duration of velocities that last.
+#pragma once
+
+#include "hnav/options/shared.h"
+
+namespace hnav {
+
+// (m/s)^2/Hz at frequency zero: 2 sigma^2 tau of a velocity that changes by sigma and stays for tau. The tilt depends on this product
+// alone (lasting_motion.hpp). 0: it is estimated from the force only. Chosen on the seeds 0 to 31 of the simulated motions.
+template <class R>
+constexpr R lasting_density2_of(int body) {
+    const auto density2 = [](R speed_m_s, R duration_s) { return 2 * speed_m_s * speed_m_s * duration_s; };
+    switch (body) {
+    case HNAV_BODY_WALKER: return density2(R(1.2), 10); // walks and stops
+    case HNAV_BODY_CAR: return density2(12, 10); // stops and crossings of a town
+    case HNAV_BODY_SHIP: return density2(1, 10); // turns and swell
+    case HNAV_BODY_QUADROTOR: return density2(2, 5); // from one hover to the next
+    case HNAV_BODY_AIRCRAFT: return density2(30, 10); // turns by a right angle at 60 m/s
+    default: return 0;
+    }
+}
+
+} // namespace hnav
