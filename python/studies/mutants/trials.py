@@ -20,7 +20,9 @@ from studies.mutants.mutated_copy import SWITCH
 # Laws in Python: the filters beside those of the NumPy reference, and what holds for every filter.
 PYTHON_LAWS = (
     "python_tests/filters/test_attitude.py", "python_tests/filters/test_health.py",
-    "python_tests/filters/test_ins_error_filter.py", "python_tests/reference/test_hrekf.py", "python_tests/reference/test_ins_error.py",
+    "python_tests/filters/test_ins.py", "python_tests/filters/test_ins_error_filter.py", "python_tests/filters/test_ins_field.py",
+    "python_tests/filters/test_ins_smoother.py", "python_tests/reference/test_hrekf.py", "python_tests/reference/test_ins_error.py",
+    "python_tests/reference/test_ins_twin.py",
 )  # fmt: skip
 # It compiles the attitude filters once more.
 LEFT_OUT = {"test_single_precision"}
