@@ -542,7 +542,7 @@ private:
     bool cross(State& state, double interval_s) { return model_.cross(state, interval_s, propagator_) && sound(state); }
 
     double rate_of(const State& state) const {
-        if constexpr (Model::knows_rate) return model_.fastest_rate(state);
+        if constexpr (Model::bounds_rate) return model_.fastest_rate(state);
         else return Propagator::unknown_rate;
     }
 
@@ -681,7 +681,7 @@ private:
         model_.nominal(atol);
         for (int i = 0; i < nx(); ++i) atol[i] *= settings_.atol;
         settings_.propagator.atol = atol;
-        settings_.propagator.knows_rate = Model::knows_rate;
+        settings_.propagator.bounds_rate = Model::bounds_rate;
         if constexpr (reads_in_part<Model>) settings_.propagator.read = Model::read;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
         if constexpr (may_stiffen<Model>) {

@@ -30,7 +30,7 @@
 // What not every model can do; each says so:
 //     static constexpr bool has_closed_form               the flow over an interval without an integrator:
 //         void flow_exactly(State&, double interval_s) const
-//     static constexpr bool knows_rate                    how fast the flow goes under the inputs that are held, so that an
+//     static constexpr bool bounds_rate                    how fast the flow goes under the inputs that are held, so that an
 //                                                         interval needs no error control: rad/s of its fastest mode
 //         double fastest_rate(const State&) const
 //     static constexpr int read                           the flow reads so many numbers of x, the first; the others only grow
@@ -220,7 +220,7 @@ constexpr bool check_model() {
     static_assert(Answers<BeforeFlow, M>::value, "void before_flow(State&, const Event&) const");
     static_assert(Answers<Jump, M>::value, "void jump(State&, const Event&) const");
     static_assert(M::has_closed_form == Answers<FlowExactly, M>::value, "has_closed_form: flow_exactly(State&, double) const");
-    static_assert(M::knows_rate == Answers<FastestRate, M>::value, "knows_rate: double fastest_rate(const State&) const");
+    static_assert(M::bounds_rate == Answers<FastestRate, M>::value, "bounds_rate: double fastest_rate(const State&) const");
     static_assert(M::reholds == Answers<Rehold, M>::value, "reholds: rehold(State&, const Event&, double) const");
     static_assert(M::turns_back == Answers<TurnBack, M>::value, "turns_back: turn_back(State&, double) const");
     return true;

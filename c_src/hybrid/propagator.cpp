@@ -51,7 +51,7 @@ struct Propagator::Solver {
         bool ok = y && atol && (inside || !settings.looks_inside);
         if (ok) std::memcpy(data(atol), settings.atol, nx * sizeof(double));
         ok = ok && (settings.integrator == Integrator::erkstep ? create_erkstep(settings, atol) : create_adams(settings, atol));
-        if (settings.integrator == Integrator::erkstep && settings.knows_rate) ok = ok && create_equal_steps(settings);
+        if (settings.integrator == Integrator::erkstep && settings.bounds_rate) ok = ok && create_equal_steps(settings);
         if (atol) N_VDestroy(atol);
         return ok;
     }
@@ -268,7 +268,7 @@ bool Propagator::create(int nx, Flow flow, const Settings& settings, const void*
     double* scratch = slope_ + nx;
     std::memcpy(scratch, probe, nx * sizeof(double));
     bool ok = integrate(probe_context, 1e-3, scratch) || (settings.may_be_stiff && out_of_steps_);
-    if (ok && settings.knows_rate) ok = integrate(probe_context, 1e-3, scratch, 0);
+    if (ok && settings.bounds_rate) ok = integrate(probe_context, 1e-3, scratch, 0);
     set_counts(0, 0);
     return ok;
 }

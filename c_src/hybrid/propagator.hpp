@@ -28,7 +28,7 @@ public:
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
         int read = 0; // the flow reads so many numbers of x, the first; 0: all
-        bool knows_rate = false; // integrate will be given the rate of the flow
+        bool bounds_rate = false; // integrate will be given the rate of the flow
         bool looks_inside = false; // begin, step and between will be called: erkstep only
         bool may_be_stiff = false; // create does not mind that the warm-up takes too many steps
         double euler_step_s = 0.005;

@@ -108,7 +108,7 @@ public:
     void before_flow(State& s, const Event& event) const;
     static constexpr bool reholds = true;
     void rehold(State& s, const Event& event, double interval_s) const;
-    static constexpr bool turns_back = false, knows_rate = false; // the step is controlled: forces count as much as rates
+    static constexpr bool turns_back = false, bounds_rate = false; // the step is controlled: forces count as much as rates
 
     // jump.cpp
     void jump(State& s, const Event& event) const;

@@ -109,7 +109,7 @@ public:
     using Piece = FlowingPart;
     using Event = RuntimeEvent;
     using State = RuntimeState;
-    static constexpr bool has_closed_form = false, knows_rate = false, reholds = false, turns_back = false;
+    static constexpr bool has_closed_form = false, bounds_rate = false, reholds = false, turns_back = false;
 
     Model() = default;
     Model(Plant& plant, const Problem& problem, Workspace& work, StiffSolver& stiff, Trouble& trouble,

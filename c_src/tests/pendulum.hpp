@@ -12,7 +12,7 @@ struct Pendulum {
     static constexpr int nx = 5; // angle, rate, upper triangle of their covariance
     enum Channel { torque = 0, angle = 1 };
     using Event = FixedEvent<2, 1>;
-    static constexpr bool has_closed_form = false, knows_rate = false, reholds = false, turns_back = false;
+    static constexpr bool has_closed_form = false, bounds_rate = false, reholds = false, turns_back = false;
 
     struct State {
         double x[nx];

@@ -13,7 +13,7 @@ class PendulumChain {
 public:
     using Event = RuntimeEvent;
     using State = RuntimeState; // angles, rates, upper triangle of their covariance; then held torque, number of jumps
-    static constexpr bool has_closed_form = false, knows_rate = false, reholds = false, turns_back = false;
+    static constexpr bool has_closed_form = false, bounds_rate = false, reholds = false, turns_back = false;
 
     PendulumChain() = default;
     explicit PendulumChain(int links) : links_(links) {}

@@ -376,7 +376,7 @@ TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasC
             model.jump(s, e);
         }
         EXPECT_EQ(s.field.changes > 0, stays);
-        return s.heading_doubt;
+        return s.reference_variance;
     };
     const double at_end = doubt_after(1, 0, false), half_way = doubt_after(1, 0.5, false);
     EXPECT_NEAR(half_way, 0.5 * at_end, 0.1 * at_end);
@@ -840,7 +840,7 @@ TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
 TEST(MagneticReference, RejectsForATimeThatGrowsWithService) {
     const hnav_ahrs_options set = settings();
     MagneticReference<double> m{};
-    EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate_anew); // has never served
+    EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::begin_inflating); // has never served
     EXPECT_EQ(m.judge(set, 0.1, 0.1), FieldVerdict::inflate);
     for (int k = 0; k < 100; ++k) EXPECT_EQ(m.judge(set, 0.01, 0.1), FieldVerdict::accept);
     int rejected = 0;

@@ -239,7 +239,7 @@ TEST(Propagator, AKnownRateTakesTheStepsThatToleranceAsksFor) {
                 Propagator::Settings settings;
                 settings.rtol = rtol;
                 settings.atol = atol.data();
-                settings.knows_rate = true;
+                settings.bounds_rate = true;
                 std::vector<double> x = body.start();
                 ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x.data()));
                 ASSERT_TRUE(propagator.integrate(&body, interval_s, x.data(), body.rate));
@@ -260,15 +260,15 @@ TEST(Propagator, AKnownRateLeavesTheBitsOfAStepAlone) {
     const Oscillators body{17, 6};
     const std::vector<double> atol(body.nx(), 1e-8);
     std::vector<double> x[2] = {body.start(), body.start()};
-    for (const bool knows_rate : {false, true}) {
+    for (const bool bounds_rate : {false, true}) {
         Propagator propagator;
         Propagator::Settings settings;
         settings.atol = atol.data();
-        settings.knows_rate = knows_rate;
+        settings.bounds_rate = bounds_rate;
         ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x[0].data()));
         for (int k = 0; k < 100; ++k)
             ASSERT_TRUE(
-                propagator.integrate(&body, 0.01, x[knows_rate].data(), knows_rate ? body.rate : Propagator::unknown_rate));
+                propagator.integrate(&body, 0.01, x[bounds_rate].data(), bounds_rate ? body.rate : Propagator::unknown_rate));
         EXPECT_EQ(propagator.steps(), 100u);
     }
     EXPECT_EQ(x[0], x[1]);
@@ -281,7 +281,7 @@ TEST(Propagator, ARateBeyondAllSenseIsLeftToErrorControl) {
         Propagator propagator;
         Propagator::Settings settings;
         settings.atol = atol.data();
-        settings.knows_rate = true;
+        settings.bounds_rate = true;
         std::vector<double> x = body.start();
         ASSERT_TRUE(propagator.create(body.nx(), Oscillators::flow, settings, &body, x.data()));
         ASSERT_TRUE(propagator.integrate(&body, 0.01, x.data(), claimed));

@@ -13,7 +13,7 @@ from hnav.reference.ahrs import AhrsReference
 from studies.bench.motions import motion
 from studies.readiness.starts import simulated_start
 
-GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "inflate anew": "inflated"}
+GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "begin inflating": "inflated"}
 PLAIN = dict(solver="closed_form", outlier_rate_rad_s=0.0, outlier_force_m_s2=0.0)
 """The twin believes every sample: after a gap a rate may lie far from the last one."""
 

@@ -179,7 +179,7 @@ def test_the_robust_covariance_exists_below_gamma(P, factor):
 
 
 def test_the_flow_of_a_quaternion_does_not_contract(rng):
-    said("errata", "The flow of a quaternion keeps differences as long as they are, so it cannot contract")
+    said("errata", "of a quaternion preserves the length of differences, so it cannot contract")
     flow = expm(Omega(U) * 3.0)
     a, b = rng.normal(size=(2, 4))
     assert np.linalg.norm(flow @ (a - b)) == pytest.approx(np.linalg.norm(a - b), rel=1e-12)

@@ -60,7 +60,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const R azimuth_away = azimuth_deviation(s, c, rows), away = std::fmax(rows.deviation(), azimuth_away);
     const FieldVerdict verdict = judge_field(s, c, away);
     const bool foreign = take_foreign_field(s, c, mean);
-    doubt_heading(s, verdict, rows);
+    note_contradiction(s, verdict, rows);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c);
     const Matrix3R HPHt = rows.HPHt(PHt);
@@ -189,7 +189,7 @@ template <class R>
 FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const {
     const FieldVerdict verdict = s.field.judge(options_, away, s.field_s);
     s.verdict = static_cast<std::uint64_t>(verdict);
-    if (verdict == FieldVerdict::inflate_anew) {
+    if (verdict == FieldVerdict::begin_inflating) {
         s.contradicted_s = lasting_s;
         forget_reference(c.P, sigma_.reference);
         segment<2>(c.error, reference).setZero();
@@ -201,18 +201,18 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
 // wrong by the angle between the two. This angle is added to the output variance only: a gain that preferred one of the two fields
 // would follow whichever is false.
 template <class R>
-void AhrsModelOf<R>::doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows) {
+void AhrsModelOf<R>::note_contradiction(State& s, FieldVerdict verdict, const FieldRows& rows) {
     constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10;
     const R T = s.field_s;
     if (verdict == FieldVerdict::accept) {
         const R lasted_s = std::fmin(s.contradicted_s, forgotten_s);
-        s.heading_doubt *= lasted_s > T ? 1 - T / lasted_s : 0;
+        s.reference_variance *= lasted_s > T ? 1 - T / lasted_s : 0;
         s.contradicted_s = std::fmax(R(0), s.contradicted_s - T);
         return;
     }
-    const R doubt = std::fmax(R(0), 1 - s.field.heading_trust_s / trusted_s);
+    const R untrusted = std::fmax(R(0), 1 - s.field.heading_trust_s / trusted_s);
     const R apart_rad = std::fmin(R(1), rows.deviation() / rows.H);
-    s.heading_doubt = std::fmin(any_angle_variance<R>, s.heading_doubt + doubt * per_s * T * apart_rad * apart_rad);
+    s.reference_variance = std::fmin(any_angle_variance<R>, s.reference_variance + untrusted * per_s * T * apart_rad * apart_rad);
     s.contradicted_s += T;
 }
 

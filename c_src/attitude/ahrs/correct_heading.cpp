@@ -29,7 +29,7 @@ struct Model::Aid<heading> {
         }
         condition<1, considered>(c, PHt, Row1(S), Row1(innovation));
         s.information.heading += information_gained(before, c.heading_variance());
-        s.heading_doubt = 0;
+        s.reference_variance = 0;
         s.heading_confirmed = 1; // an external heading needs no evidence of a field
     }
 };

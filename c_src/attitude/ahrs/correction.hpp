@@ -22,7 +22,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     } else if (s.force_s > 0) {
         note_motion(s, c);
         if (density_.lasting_density2 > 0 && rests && !(s.rests > 0)) begin_rest(s, c);
-        if (!level_anew(s, c)) correct_velocity(s, c, event.t_s, rests);
+        if (!level_again(s, c)) correct_velocity(s, c, event.t_s, rests);
     }
     if (!s.lost) {
         if (rests) correct_rest(s, c);

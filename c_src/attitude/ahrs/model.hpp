@@ -81,7 +81,7 @@ public:
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
     static constexpr int read = 4; // q; its integral and the clock do not affect the outputs
-    static constexpr bool knows_rate = true;
+    static constexpr bool bounds_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
     static constexpr bool reholds = true;
     void before_flow(State& s, const Event& event) const;
@@ -166,14 +166,14 @@ private:
     // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && !has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s) &&
-               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + heading_doubt(s), s.information.heading,
+               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + reference_variance(s), s.information.heading,
                            R(options_.ready_heading_rad));
     }
 
     // Variance of the heading in addition to P: the reference may be false.
-    R heading_doubt(const State& s) const {
+    R reference_variance(const State& s) const {
         const bool field_alone = !reference_given(options_) && s.used[heading] == 0;
-        return std::fmin(any_angle_variance<R>, s.heading_doubt + (field_alone ? implausible_azimuth2(s) : 0));
+        return std::fmin(any_angle_variance<R>, s.reference_variance + (field_alone ? implausible_azimuth2(s) : 0));
     }
     // The Earth's field has 22 to 67 uT. A reference outside this range, allowing for scale errors of usual magnetometers, contains a
     // disturbance of at least the difference, in an unknown direction.
@@ -192,7 +192,7 @@ private:
     void lose_attitude(State& s, Correction& c, R heading_sigma) const;
     void find_attitude(State& s, Correction& c) const;
     void begin_motion(State& s) const;
-    bool level_anew(State& s, Correction& c) const;
+    bool level_again(State& s, Correction& c) const;
     static void turn_up(State& s, const Vector3R& up);
     void forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const;
     static void widen_after_clock_jump(State& s);
@@ -277,7 +277,7 @@ private:
     void leave_foreign_field(State& s, Correction& c) const;
     void start_in_foreign_field(State& s) const;
     R azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const;
-    static void doubt_heading(State& s, FieldVerdict verdict, const FieldRows& rows);
+    static void note_contradiction(State& s, FieldVerdict verdict, const FieldRows& rows);
     FieldVerdict judge_field(State& s, Correction& c, R deviation) const;
     Vector3R field_noise(const State& s) const;
     void learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,

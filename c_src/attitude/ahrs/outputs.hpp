@@ -45,7 +45,7 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
 // Variances about the navigation axes in addition to P.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
-    return {s.tilt_excess.variance, s.tilt_excess.variance, heading_doubt(s)};
+    return {s.tilt_excess.variance, s.tilt_excess.variance, reference_variance(s)};
 }
 
 template <class R>

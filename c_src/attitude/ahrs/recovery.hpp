@@ -72,7 +72,7 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
 // If the mean force of the last seconds has the length of gravity but not the direction of the vertical, turns the horizon onto it and
 // returns true.
 template <class R>
-bool AhrsModelOf<R>::level_anew(State& s, Correction& c) const {
+bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
     constexpr R found_rad = R(0.1), heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2)) > limit)) return false;

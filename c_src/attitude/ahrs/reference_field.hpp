@@ -36,7 +36,7 @@ enum class FieldVerdict {
     accept,
     reject,
     inflate, // outside the gate for so long that it is used with inflated noise
-    inflate_anew // for the first time: the reference is estimated again
+    begin_inflating // for the first time: the reference is estimated again
 };
 
 // Part of a filter's state: numbers of one kind only.
@@ -66,7 +66,7 @@ struct MagneticReference {
         if (inflating > 0) return FieldVerdict::inflate;
         inflating = 1;
         served_s = rejected_s = 0;
-        return FieldVerdict::inflate_anew;
+        return FieldVerdict::begin_inflating;
     }
 
     // Gathers evidence. horizontal, down: the reference.

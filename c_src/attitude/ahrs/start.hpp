@@ -51,7 +51,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.field = {};
     s.field.changes = before.changes;
     s.field_noise.take_in_full();
-    s.heading_doubt = s.contradicted_s = 0;
+    s.reference_variance = s.contradicted_s = 0;
     s.motion.forget_velocity();
     s.lasting.forget_velocity();
     s.tilt_excess = {};
@@ -75,7 +75,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     s.last_correction_s = nan;
     s.information = {};
     s.verdict = s.heading_confirmed = 0;
-    s.undisturbed_s = s.azimuth_rejected_s = s.heading_doubt = s.contradicted_s = s.foreign2 = 0;
+    s.undisturbed_s = s.azimuth_rejected_s = s.reference_variance = s.contradicted_s = s.foreign2 = 0;
     s.has_reference = reference_given(options_);
     put_reference(s, reference_of<R>(options_));
     begin_motion(s);

@@ -101,7 +101,7 @@ struct AhrsState {
     FieldNoise<R> field_noise;
     AngleInformation<R> information;
     R undisturbed_s; // time without contradiction of the reference
-    R heading_doubt; // rad^2, in addition to P: the reference may have been false
+    R reference_variance; // rad^2, in addition to P: the reference may have been false
     R contradicted_s; // time for which fields contradicted the heading, minus time of agreement since
     R azimuth_rejected_s;
     R gamma, gamma_margin;

@@ -70,7 +70,7 @@ void HrekfModelOf<R>::correct_directions(State& s, const Event& event) const {
         directions[count++] = {mag, s.reference_north, s.reference_down, field_in_units(event, s.reference_strength),
                                density_.mag_density2 / T_mag};
     if (count > 0) correct_by(s, event.t_s, directions, count);
-    if (T_mag > 0) doubt_heading(s, T_mag);
+    if (T_mag > 0) note_contradiction(s, T_mag);
 }
 
 // Stores the innovation of a sensor. A sample beyond its gate is not rejected: its noise is inflated until its NIS is at the limit.

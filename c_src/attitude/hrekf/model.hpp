@@ -69,7 +69,7 @@ public:
     static constexpr bool has_closed_form = true;
     void flow_exactly(State& s, double interval_s) const;
     static constexpr int read = Place::A; // the attitude
-    static constexpr bool knows_rate = true;
+    static constexpr bool bounds_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
 
     // The noise of a turn cannot be undone for another rate: no hold after the fact.
@@ -145,7 +145,7 @@ private:
     void widen_for_gap(State& s, const Event& event) const;
     bool is_lost(State& s, const Event& event) const;
     void lose_attitude(State& s) const;
-    static void doubt_heading(State& s, R interval_s);
+    static void note_contradiction(State& s, R interval_s);
 
     // start.hpp
     void put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const;

@@ -80,7 +80,7 @@ void HrekfModelOf<R>::lose_attitude(State& s) const {
 // A field that stays far from the reference contradicts the reference or the heading: the heading is ready again when enough
 // information about it has been gathered afterwards.
 template <class R>
-void HrekfModelOf<R>::doubt_heading(State& s, R interval_s) {
+void HrekfModelOf<R>::note_contradiction(State& s, R interval_s) {
     constexpr R far = R(0.5), max_far_s = 2; // of the reference's length: about 30 deg
     const bool is_far = Eigen::Map<const Vector3R>(s.innovation[mag].value).squaredNorm() > far * far;
     s.field_far_s = std::fmax(R(0), s.field_far_s + (is_far ? interval_s : -interval_s));

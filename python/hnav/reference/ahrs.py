@@ -83,7 +83,7 @@ class AhrsReference:
         self.begin_motion()
         self.field, self.field_noise = MagneticReference(o), FieldNoise()
         self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
-        self.undisturbed_s = self.azimuth_rejected_s = self.heading_doubt = self.contradicted_s = 0.0
+        self.undisturbed_s = self.azimuth_rejected_s = self.reference_variance = self.contradicted_s = 0.0
         self.level_force, self.level_s, self.times_lost, self.aided = np.zeros(3), 0.0, 0, False
         self.first = FirstSamples(o)
         self.gyro, self.accel, self.mag = (SampleTimes(o.max_interval_s) for _ in range(3))
@@ -326,7 +326,7 @@ class AhrsReference:
             self.note_motion()
             if self.lasting_density2 > 0 and rests and not self.rested:
                 self.begin_rest()
-            if not self.level_anew():
+            if not self.level_again():
                 self.correct_by_velocity(rests)
         if not self.lost:
             if rests:
@@ -371,7 +371,7 @@ class AhrsReference:
         self.velocity = self.lasting.before.copy()
         self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
 
-    def level_anew(self) -> bool:
+    def level_again(self) -> bool:
         """Where the mean force is gravity and the horizon is another, it is turned there."""
         if not (self.o.lost_ratio > 0 and self.lasting.wrong_horizon() > self.o.lost_ratio):
             return False
@@ -453,7 +453,7 @@ class AhrsReference:
             noise += S * (nis / self.o.heading_gate_nis - 1)
         self.learn(H, innovation, np.array([[noise]]), CONSIDERED)
         self.information[1] += max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
-        self.heading_doubt, self.confirmed = 0.0, True
+        self.reference_variance, self.confirmed = 0.0, True
 
     # ----------------------------------------------------------------------------------------- the field
 
@@ -471,14 +471,14 @@ class AhrsReference:
         away = max(deviation, azimuth_away)
         H = self.field_rows()
         self.verdict = self.field.judge(away, T)
-        if self.verdict == "inflate anew":
+        if self.verdict == "begin inflating":
             self.contradicted_s = 60.0
             self.forget_reference(self.o.start_sigma_reference)
             self.error[M] = 0
         foreign = self.take_foreign_field(np.array([h, z]))
         if foreign:
             noise[[0, 2]] = 100.0**2
-        self.doubt_heading(deviation / horizontal)
+        self.note_contradiction(deviation / horizontal)
         innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
         HPHt = H @ self.E @ H.T
         self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
@@ -573,16 +573,16 @@ class AhrsReference:
         self.E[M], self.E[:, M] = 0, 0
         self.E[M, M] = sigma**2 * np.eye(2)
 
-    def doubt_heading(self, apart_rad: float) -> None:
+    def note_contradiction(self, apart_rad: float) -> None:
         """A field that contradicts a reference of a few seconds may be the true one; increases the output variance, and changes no gain."""
         T = self.field_s
         if self.verdict == "accept":
             lasted_s = min(self.contradicted_s, 10.0)
-            self.heading_doubt *= 1 - T / lasted_s if lasted_s > T else 0
+            self.reference_variance *= 1 - T / lasted_s if lasted_s > T else 0
             self.contradicted_s = max(0.0, self.contradicted_s - T)
         else:
-            doubt = max(0.0, 1 - self.field.heading_trust_s / 8)
-            self.heading_doubt = min(ANY_HEADING, self.heading_doubt + doubt * 2 * T * min(1.0, apart_rad) ** 2)
+            untrusted = max(0.0, 1 - self.field.heading_trust_s / 8)
+            self.reference_variance = min(ANY_HEADING, self.reference_variance + untrusted * 2 * T * min(1.0, apart_rad) ** 2)
             self.contradicted_s += T
 
     def confirm_heading(self, azimuth_is_far: bool) -> None:
@@ -671,17 +671,17 @@ class AhrsReference:
         """3 x 3, about the navigation axes, now: with the added variance of the heading and of the rate's interval."""
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
-        covariance += np.diag([self.tilt_excess.variance, self.tilt_excess.variance, self.all_heading_doubt()])
+        covariance += np.diag([self.tilt_excess.variance, self.tilt_excess.variance, self.all_reference_variance()])
         by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold) * self.gyro.usual_s
         return covariance + np.outer(by_hold, by_hold)
 
-    def all_heading_doubt(self) -> float:
+    def all_reference_variance(self) -> float:
         """rad^2. The earth's field has 22 to 67 uT: of a reference beyond that a part of at least the difference is false."""
-        doubt, strength = self.heading_doubt, self.strength * float(np.linalg.norm(self.M))
+        variance, strength = self.reference_variance, self.strength * float(np.linalg.norm(self.M))
         false_part = max(20e-6 - strength, strength - 70e-6)
         if false_part > 0 and self.has_reference and self.o.reference_mode != "given" and not self.aided:
-            doubt += (false_part / (self.strength * self.M[0])) ** 2
-        return min(ANY_HEADING, doubt)
+            variance += (false_part / (self.strength * self.M[0])) ** 2
+        return min(ANY_HEADING, variance)
 
     def tilt_ready(self) -> bool:
         """A small sigma with as much information from samples, of a body that does not accelerate for long."""
@@ -694,6 +694,6 @@ class AhrsReference:
 
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
-        limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_heading_doubt()
+        limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
         earned = variance < limit2 and self.information[1] > 1 / limit2
         return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)

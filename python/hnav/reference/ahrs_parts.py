@@ -363,4 +363,4 @@ class MagneticReference:
         if self.inflating:
             return "inflate"
         self.inflating, self.served_s, self.rejected_s = True, 0.0, 0.0
-        return "inflate anew"
+        return "begin inflating"
