@@ -50,10 +50,21 @@ def test_the_noises_of_a_simulation_are_found(little_fmu):
 
 def test_a_model_holds_only_with_innovations_that_are_white_and_as_large_as_stated(little_fmu):
     tuned = tune(plan_of(little_fmu, 0.03, 0.15), T_S[:400], {"x": recording()[:400]})
-    assert verdict_of(tuned.ahead_nis["x"], tuned.correlation["x"], tuned.mean_nis["x"]).endswith("the model holds")
-    for figures in ((2.5, 0.0, 1.0), (0.08, 0.0, 1.0), (1.1, 0.3, 1.0), (1.1, 0.0, 1.4), (1.1, 0.0, 0.6)):
+    assert tuned.predictions["x"] == 30
+    assert verdict_of(tuned.ahead_nis["x"], 30, tuned.correlation["x"], tuned.mean_nis["x"]).endswith("the model holds")
+    for figures in ((3.6, 30, 0.0, 1.0), (0.08, 30, 0.0, 1.0), (1.1, 30, 0.3, 1.0), (1.1, 30, 0.0, 1.4), (1.1, 30, 0.0, 0.6)):
         assert verdict_of(*figures).endswith("the model is wrong, not only its noise")
-    assert "too few samples" in verdict_of(np.nan, 0.0, 1.0)
+    assert "too few samples" in verdict_of(np.nan, 0, 0.0, 1.0)
+
+
+def test_a_mean_of_few_predictions_condemns_no_model_by_chance():
+    """Of a right model one mean in fifty at most lies outside, however few predictions it has."""
+    rng = np.random.default_rng(4)
+    for n in (1, 5, 50):
+        means = rng.chisquare(n, 400) / n
+        wrong = sum("is wrong" in verdict_of(mean, n, 0.0, 1.0) for mean in means)
+        assert wrong <= 0.02 * 400
+    assert verdict_of(0.2, 5, 0.0, 1.0).endswith("holds") and "is wrong" in verdict_of(0.2, 50, 0.0, 1.0)
 
 
 def test_the_likelihood_is_that_of_the_samples(little_fmu):

@@ -27,7 +27,8 @@ from hnav.native.arrays import Array
 
 SHOWN = 12  # variables of a kind
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
-GOOD_AHEAD = (0.5, 2.0)  # mean NIS of predictions, which are fewer
+GOOD_AHEAD = (0.5, 2.0)  # mean NIS of predictions over ten samples: half or twice the stated variance; chosen
+BY_CHANCE = 0.01  # probability that a mean NIS of a right model lies outside on either side
 CORRELATED = 0.2  # correlation of an innovation with one of the next five; noise alone stays below
 INCOMPLETE = 1  # exit code: the plant had no answer somewhere
 WHERE_IT_CRASHES = "ask its maker; if it crashes when it is freed, set never_freed = true under [plant]"
@@ -288,15 +289,24 @@ def print_noises(observer: Observer, data: Path) -> None:
     for name in tuned.undetermined:
         say(f"the samples do not determine the noise of {name}: half or twice of it is about as likely")
     for name, nis in tuned.ahead_nis.items():
-        say(f"{name}, predicted over {AHEAD} samples: {verdict_of(nis, tuned.correlation[name], tuned.mean_nis[name])}")
+        verdict = verdict_of(nis, tuned.predictions[name], tuned.correlation[name], tuned.mean_nis[name])
+        say(f"{name}, predicted over {AHEAD} samples: {verdict}")
 
 
-def verdict_of(ahead_nis: float, correlation: float, mean_nis: float) -> str:
-    """Whether the model of a sensor holds: its predictions and its innovations are as large as stated, and its innovations are white."""
+def verdict_of(ahead_nis: float, predictions: int, correlation: float, mean_nis: float) -> str:
+    """Whether the model of a sensor holds: its predictions and its innovations are as large as stated, and its innovations are white.
+
+    The limits of ahead_nis, a mean over so many predictions, are those of GOOD_AHEAD and of chance (chi-square).
+    """
+    from scipy.stats import chi2
+
     if ahead_nis != ahead_nis:
         return "too few samples to say whether the model holds"
     white = f"innovations correlated by {correlation:.2f} and with a mean NIS of {mean_nis:.2f}"
-    sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1] and GOOD_AHEAD[0] < ahead_nis < GOOD_AHEAD[1]
+    smallest, largest = (
+        bound * chi2.ppf(p, predictions) / predictions for bound, p in zip(GOOD_AHEAD, (BY_CHANCE, 1 - BY_CHANCE))
+    )
+    sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1] and smallest < ahead_nis < largest
     wrong = abs(correlation) > CORRELATED or not sized
     return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"
 

@@ -57,8 +57,10 @@ class Tuned:
     mean_nis: dict[str, float]
     """By sensor, of all innovations with the noises found; 1 where their size is as stated."""
     ahead_nis: dict[str, float]
-    """By sensor: mean NIS of predictions over AHEAD samples, outside of what findings tells of. Far from 1: the model is wrong, not
-    its noise."""
+    """By sensor: mean NIS of predictions over AHEAD samples, without the intervals that findings reports. Far from 1: the model is
+    wrong, not its noise."""
+    predictions: dict[str, int]
+    """By sensor: number of these predictions."""
 
 
 def tune(
@@ -105,9 +107,11 @@ def tune(
     undetermined = tuple(name for name, one in zip(names, sigma) if one > _UNDETERMINED)
     correlation = {name: _correlation(run.innovation[name], run.nis[name]) for name in run.nis}
     mean_nis = {name: float(np.nanmean(nis)) if np.isfinite(nis).any() else math.nan for name, nis in run.nis.items()}
-    ahead = _ahead(tuned, t_s, seen, inputs, options)
+    predicted = _ahead(tuned, t_s, seen, inputs, options)
+    ahead = {name: float(nis.mean()) if len(nis) else math.nan for name, nis in predicted.items()}
+    predictions = {name: len(nis) for name, nis in predicted.items()}
     likelihoods = _likelihood(first), _likelihood(run)
-    return Tuned(tuned, factors, found, likelihoods, undetermined, correlation, mean_nis, ahead)
+    return Tuned(tuned, factors, found, likelihoods, undetermined, correlation, mean_nis, ahead, predictions)
 
 
 def _run(
@@ -196,8 +200,8 @@ def _correlation(innovation: Array, nis: Array) -> float:
 
 def _ahead(
     plan: Plan, t_s: npt.ArrayLike, sensors: Mapping[str, Array], inputs: Mapping[str, npt.ArrayLike] | None, options: ObserverOptions | None
-) -> dict[str, float]:  # fmt: skip
-    """Mean NIS where every AHEADth sample is all that a sensor gives, its first AHEAD of them left to the start."""
+) -> dict[str, Array]:  # fmt: skip
+    """NIS where every AHEADth sample is all that a sensor gives, its first AHEAD of them left to the start."""
     sparse = {}
     for name, values in sensors.items():
         there = np.flatnonzero(np.isfinite(values))
@@ -208,5 +212,4 @@ def _ahead(
     for one in findings(run, plan):
         if one.kind == "away":
             usual &= (run.t_s < one.start_s) | (run.t_s > one.end_s)
-    used = {name: nis[np.isfinite(nis) & usual][AHEAD:] for name, nis in run.nis.items()}
-    return {name: float(nis.mean()) if len(nis) else math.nan for name, nis in used.items()}
+    return {name: nis[np.isfinite(nis) & usual][AHEAD:] for name, nis in run.nis.items()}
