@@ -42,7 +42,7 @@ def run_pyfmi_master(
         }
         for c in components
     }
-    told = {
+    setup = {
         "fmus": {c.name: str(c.fmu) for c in components},
         "parameters": numbers,
         "wires": [[*c.start, *c.end] for c in system.connections if c.start[0] in names and c.end[0] in names],
@@ -50,7 +50,7 @@ def run_pyfmi_master(
         "stop_s": stop_s,
         "options": options,
     }
-    (folder / "told.json").write_text(json.dumps(told))
+    (folder / "setup.json").write_text(json.dumps(setup))
     return run_pyfmi_script(PYFMI_MASTER, (), folder)
 
 

@@ -63,16 +63,16 @@ PYFMI_MASTER = """
 import json, warnings
 warnings.simplefilter("ignore")
 from pyfmi import Master, load_fmu
-with open("told.json") as file:
-    told = json.load(file)
-models = {name: load_fmu(path, kind="CS") for name, path in told["fmus"].items()}
-for name, parameters in told["parameters"].items():
+with open("setup.json") as file:
+    setup = json.load(file)
+models = {name: load_fmu(path, kind="CS") for name, path in setup["fmus"].items()}
+for name, parameters in setup["parameters"].items():
     for parameter, value in parameters.items():
         models[name].set(parameter, value)
-wires = [(models[start], output, models[end], input) for start, output, end, input in told["wires"]]
-result = Master(list(models.values()), wires).simulate(final_time=told["stop_s"], options=told["options"])
-columns = {f"{name}.{output}": list(result[models[name]][output]) for name, output in told["outputs"]}
-t_s = list(result[models[told["outputs"][0][0]]]["time"])
+wires = [(models[start], output, models[end], input) for start, output, end, input in setup["wires"]]
+result = Master(list(models.values()), wires).simulate(final_time=setup["stop_s"], options=setup["options"])
+columns = {f"{name}.{output}": list(result[models[name]][output]) for name, output in setup["outputs"]}
+t_s = list(result[models[setup["outputs"][0][0]]]["time"])
 with open("answer.json", "w") as file:
     json.dump({"t_s": t_s, "columns": columns, "log": [line for model in models.values() for line in model.get_log()]}, file)
 """
@@ -142,7 +142,7 @@ IMPORTERS = {"fmpy": _ends_of_fmpy, "PyFMI": _ends_of_pyfmi, "OMSimulator": _end
 LACKS = {("PyFMI", 3, "CS"), ("OMSimulator", 3, "ME")}
 """Kinds that an importer does not have at all."""
 UNKNOWN = {("PyFMI", "arrays"), ("OMSimulator", "arrays"), ("OMSimulator", "clocks")}
-"""What it does not know of FMI 3: it stops with an error of its own, and the scalar archive without clocks is for it."""
+"""Parts of FMI 3 that an importer does not support: it stops with its own error; use the scalar archive without clocks."""
 
 
 def cell(importer: str, path: Path, version: int, kind: str) -> str:
