@@ -54,8 +54,8 @@ def sensor_logger_json(folder: Path, r: Recording) -> Path:
     rows: list[dict[str, str]] = [{"sensor": "Metadata", "platform": "android"}]
     for name, values in zip(("Gyroscope", "TotalAcceleration", "Magnetometer"), vectors(r)):
         for t, vector in zip(r.t_s.tolist(), values.tolist()):
-            told = {"sensor": name, "time": str(EPOCH_NS + round(1e9 * t)), "seconds_elapsed": str(t)}
-            rows.append(told | {axis: str(v) for axis, v in zip(AXES, vector)})
+            reading = {"sensor": name, "time": str(EPOCH_NS + round(1e9 * t)), "seconds_elapsed": str(t)}
+            rows.append(reading | {axis: str(v) for axis, v in zip(AXES, vector)})
     rows += [{**row, "sensor": "Accelerometer", "z": "0.1"} for row in rows if row["sensor"] == "TotalAcceleration"]
     return _json(folder / "sensor_logger.json", rows)
 

@@ -15,7 +15,7 @@ from studies.ins.vehicles import Samples
 
 
 def brought_about(drive: Drive) -> InsRun:
-    """The run of a filter that knows the beginning and has rate and force alone."""
+    """The run of a filter that starts from the true state and has rate and force only."""
     latitude, longitude, height = drive.place[0]
     ins = Ins(
         "navigation", solver="closed_form", start="state", start_place="given", start_latitude_rad=latitude,
@@ -39,7 +39,7 @@ def as_recording(samples: Samples) -> Recording:
 
 
 def push_aid(ins: Ins, t_s: float, sensor: int, value: Array) -> None:
-    """One of those that Aids.arrays tells."""
+    """Pushes one row of Aids.arrays."""
     kind = SENSORS[sensor]
     if kind == "mag":
         ins.push_mag(t_s, value[:3])

@@ -1,7 +1,7 @@
-"""Short cases whose answers by revision d7bc172 are kept in frozen_answers.npz, and nothing that answers them.
+"""Short cases whose answers by revision d7bc172 are kept in frozen_answers.npz, without the code that runs them.
 
-test_frozen_answers.py answers them by this library, and says how the answers of a case are kept anew after a change of its
-mathematics.
+test_frozen_answers.py runs them with this library; its docstring has the command that stores the answers of a case again after a
+change of its mathematics.
 """
 
 from __future__ import annotations

@@ -9,7 +9,50 @@ import pytest
 
 from hnav.systems.structure import System
 from studies import importers
-from studies.importers import PYFMI, PYFMI_MASTER, PYFMI_STATE_SPACE, ImporterMissing
+from studies.importers import PYFMI, ImporterMissing
+
+# A of its linear model at the start, by PyFMI's own means, and by central differences of the derivatives.
+PYFMI_STATE_SPACE = """
+import json, sys, warnings
+warnings.simplefilter("ignore")
+from pyfmi import load_fmu
+model = load_fmu(sys.argv[1], kind="ME")
+model.setup_experiment()
+model.initialize()
+model.event_update()
+model.enter_continuous_time_mode()
+A = model.get_state_space_representation(C=False)[0].toarray()
+x, columns = model.continuous_states.copy(), []
+for i in range(len(x)):
+    h, sides = 1e-6 * max(1.0, abs(x).max()), []
+    for side in (h, -h):
+        moved = x.copy()
+        moved[i] += side
+        model.continuous_states = moved
+        sides.append(model.get_derivatives())
+    columns.append(((sides[0] - sides[1]) / (2 * h)).tolist())
+differences = [list(row) for row in zip(*columns)]
+with open("answer.json", "w") as file:
+    json.dump({"A": A.tolist(), "differences": differences, "log": model.get_log()}, file)
+"""
+# Components of a system by pyfmi.Master; the options are those of its simulate.
+PYFMI_MASTER = """
+import json, warnings
+warnings.simplefilter("ignore")
+from pyfmi import Master, load_fmu
+with open("setup.json") as file:
+    setup = json.load(file)
+models = {name: load_fmu(path, kind="CS") for name, path in setup["fmus"].items()}
+for name, parameters in setup["parameters"].items():
+    for parameter, value in parameters.items():
+        models[name].set(parameter, value)
+wires = [(models[start], output, models[end], input) for start, output, end, input in setup["wires"]]
+result = Master(list(models.values()), wires).simulate(final_time=setup["stop_s"], options=setup["options"])
+columns = {f"{name}.{output}": list(result[models[name]][output]) for name, output in setup["outputs"]}
+t_s = list(result[models[setup["outputs"][0][0]]]["time"])
+with open("answer.json", "w") as file:
+    json.dump({"t_s": t_s, "columns": columns, "log": [line for model in models.values() for line in model.get_log()]}, file)
+"""
 
 
 def run_pyfmi_script(script: str, arguments: tuple[str, ...], folder: Path) -> dict:
@@ -42,7 +85,7 @@ def run_pyfmi_master(
         }
         for c in components
     }
-    told = {
+    setup = {
         "fmus": {c.name: str(c.fmu) for c in components},
         "parameters": numbers,
         "wires": [[*c.start, *c.end] for c in system.connections if c.start[0] in names and c.end[0] in names],
@@ -50,7 +93,7 @@ def run_pyfmi_master(
         "stop_s": stop_s,
         "options": options,
     }
-    (folder / "told.json").write_text(json.dumps(told))
+    (folder / "setup.json").write_text(json.dumps(setup))
     return run_pyfmi_script(PYFMI_MASTER, (), folder)
 
 

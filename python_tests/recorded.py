@@ -233,8 +233,8 @@ def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, 
             to["/fix"] = writer.add_connection("/fix", fix.__msgtype__, typestore=store)
         for k, (t, state, *place) in enumerate(fixes or []):
             ns, head = headed(k, t)
-            told = fix(head, status(status=state, service=1), *place, np.diag([4.0, 1.0, 9.0]).ravel(), 2)
-            writer.write(to["/fix"], ns, serialize(told, fix.__msgtype__))
+            message = fix(head, status(status=state, service=1), *place, np.diag([4.0, 1.0, 9.0]).ravel(), 2)
+            writer.write(to["/fix"], ns, serialize(message, fix.__msgtype__))
         for k, (t, rate, force, field) in enumerate(zip(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla)):
             ns, head = headed(k, t)
             sample = imu(

@@ -24,8 +24,8 @@ def public(body: list[ast.stmt]):
 
 def fields_without_a_word(node: ast.ClassDef):
     for field, follower in zip(node.body, [*node.body[1:], None]):
-        told = isinstance(follower, ast.Expr) and isinstance(follower.value, ast.Constant)
-        if isinstance(field, ast.AnnAssign) and not told and not ast.unparse(field.annotation).startswith("ClassVar"):
+        documented = isinstance(follower, ast.Expr) and isinstance(follower.value, ast.Constant)
+        if isinstance(field, ast.AnnAssign) and not documented and not ast.unparse(field.annotation).startswith("ClassVar"):
             yield f"{node.name}.{ast.unparse(field.target)}"
 
 

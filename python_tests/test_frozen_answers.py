@@ -4,7 +4,7 @@ by more than that, as it does at the limit of the robust law, the answer is held
 
     .venv/bin/python python_tests/test_frozen_answers.py CASE...
 
-keeps the answers of these cases anew, after a change of their mathematics; the others stay as they are.
+stores the answers of these cases again, after a change of their mathematics; the others stay as they are.
 """
 
 import sys

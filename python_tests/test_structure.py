@@ -1,8 +1,8 @@
-"""Who may know whom. Arrows go down only: fmu -> include; c_api -> the products -> estimation -> signals -> hybrid -> maths
+"""Which folder may include which. Dependencies point down only: fmu -> include; c_api -> the products -> estimation -> signals -> hybrid -> maths
 -> base; in Python
 studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters -> io -> native.
 
-The plain data of include/hnav, types.h and the options, belong to nobody: every room may include them.
+The plain data of include/hnav, types.h and the options, belong to no room: every room may include them.
 """
 
 import ast
@@ -31,7 +31,7 @@ ALLOWED = {
     "c_src/options": {"options", "base"},
     "c_src/c_api": {"c_api", *PRODUCTS, "options", *BELOW, "hnav"},
     "c_src/include": {"hnav"},
-    # An FMU knows the library by its public headers alone, the adapter, and what FMUs of its kind share.
+    # An FMU includes the public headers of the library, the adapter, and what FMUs of its kind share.
     **{f"fmu/{room}": {room, "adapter", "hnav"} for room in ("adapter", *SHARED_BY_FMUS, "bench", "fuzz", "tests")},
     **{f"fmu/{room}": {room, *SHARED_BY_FMUS, "adapter", "hnav"} for room in FMUS},
 }
@@ -160,7 +160,7 @@ def test_every_python_package_is_a_room_and_says_what_it_holds():
         assert ast.get_docstring(ast.parse(path.read_text())), f"{path.relative_to(TOP)} says nothing"
 
 
-def test_the_ground_knows_no_room():
+def test_the_ground_includes_no_room():
     for name in GROUND - {"__init__"}:
         assert not {room_of(module) for module in imported(TOP / f"python/hnav/{name}.py")} - GROUND
 

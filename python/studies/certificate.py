@@ -1,4 +1,4 @@
-"""Certificates of the paper's experiment: what the search costs, and what recordings with damage get.
+"""Certificates of the paper's experiment: the cost of the search, and certificates of damaged recordings.
 
     ./run study certificate [--part time|damaged]
 

@@ -34,48 +34,6 @@ ends = {name: float(result[name][-1]) for name in model.get_output_list()}
 with open("answer.json", "w") as file:
     json.dump({"t_s": float(result["time"][-1]), "ends": ends, "log": model.get_log()}, file)
 """
-# A of its linear model at the start, by PyFMI's own means, and by central differences of the derivatives.
-PYFMI_STATE_SPACE = """
-import json, sys, warnings
-warnings.simplefilter("ignore")
-from pyfmi import load_fmu
-model = load_fmu(sys.argv[1], kind="ME")
-model.setup_experiment()
-model.initialize()
-model.event_update()
-model.enter_continuous_time_mode()
-A = model.get_state_space_representation(C=False)[0].toarray()
-x, columns = model.continuous_states.copy(), []
-for i in range(len(x)):
-    h, sides = 1e-6 * max(1.0, abs(x).max()), []
-    for side in (h, -h):
-        moved = x.copy()
-        moved[i] += side
-        model.continuous_states = moved
-        sides.append(model.get_derivatives())
-    columns.append(((sides[0] - sides[1]) / (2 * h)).tolist())
-differences = [list(row) for row in zip(*columns)]
-with open("answer.json", "w") as file:
-    json.dump({"A": A.tolist(), "differences": differences, "log": model.get_log()}, file)
-"""
-# Components of a system by pyfmi.Master; the options are those of its simulate.
-PYFMI_MASTER = """
-import json, warnings
-warnings.simplefilter("ignore")
-from pyfmi import Master, load_fmu
-with open("told.json") as file:
-    told = json.load(file)
-models = {name: load_fmu(path, kind="CS") for name, path in told["fmus"].items()}
-for name, parameters in told["parameters"].items():
-    for parameter, value in parameters.items():
-        models[name].set(parameter, value)
-wires = [(models[start], output, models[end], input) for start, output, end, input in told["wires"]]
-result = Master(list(models.values()), wires).simulate(final_time=told["stop_s"], options=told["options"])
-columns = {f"{name}.{output}": list(result[models[name]][output]) for name, output in told["outputs"]}
-t_s = list(result[models[told["outputs"][0][0]]]["time"])
-with open("answer.json", "w") as file:
-    json.dump({"t_s": t_s, "columns": columns, "log": [line for model in models.values() for line in model.get_log()]}, file)
-"""
 # FMILibrary reads the terminals of an archive as those of another version.
 XML_REMARK = re.compile(r"FMI3XML|terminalsAndIcons|Unknown (element|attribute)|Skipping nested XML")
 KINDS = ((2, "CS"), (2, "ME"), (3, "CS"), (3, "ME"))
@@ -142,7 +100,7 @@ IMPORTERS = {"fmpy": _ends_of_fmpy, "PyFMI": _ends_of_pyfmi, "OMSimulator": _end
 LACKS = {("PyFMI", 3, "CS"), ("OMSimulator", 3, "ME")}
 """Kinds that an importer does not have at all."""
 UNKNOWN = {("PyFMI", "arrays"), ("OMSimulator", "arrays"), ("OMSimulator", "clocks")}
-"""What it does not know of FMI 3: it stops with an error of its own, and the scalar archive without clocks is for it."""
+"""Parts of FMI 3 that an importer does not support: it stops with its own error; use the scalar archive without clocks."""
 
 
 def cell(importer: str, path: Path, version: int, kind: str) -> str:

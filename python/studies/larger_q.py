@@ -11,9 +11,9 @@ WALK = "gyro_bias_walk_rad_s_per_sqrt_s"
 FACTOR = 100.0  # on the walk, 1e4 on Q
 
 
-def larger_q(told: float) -> dict[str, Any]:
-    """Options of the hrekf. told: the stated bias walk of the others, rad/s/sqrt(s)."""
-    return {"gamma_mode": "off", "adaptation": "off", WALK: FACTOR * told}
+def larger_q(walk: float) -> dict[str, Any]:
+    """Options of the hrekf. walk: the stated bias walk of the others, rad/s/sqrt(s)."""
+    return {"gamma_mode": "off", "adaptation": "off", WALK: FACTOR * walk}
 
 
 def in_turntable(scenario: str) -> dict[str, str]:
@@ -23,6 +23,6 @@ def in_turntable(scenario: str) -> dict[str, str]:
         return {f"hekf.{name}": str(value) for name, value in hrekf_parameters(options).items()}
 
     (walk,) = of_hekf({WALK: 0.0})
-    told = SCENARIOS[scenario][1][walk]
-    assert isinstance(told, float)
-    return of_hekf(larger_q(told))
+    stated = SCENARIOS[scenario][1][walk]
+    assert isinstance(stated, float)
+    return of_hekf(larger_q(stated))

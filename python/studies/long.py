@@ -1,4 +1,4 @@
-"""Does a filter stay what it is for a month? Simulated days at 100 Hz, with stamps of today's clocks.
+"""Do error and memory of a filter stay constant for a month? Simulated days at 100 Hz, with stamps of today's clocks.
 
     ./run study long --days 30 [--filter ahrs]
 

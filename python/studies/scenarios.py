@@ -28,11 +28,11 @@ SHOWN = ("nominal", "gyro_drift", "outliers", "magnetic_disturbance", "iron_resi
 
 def measured(chosen: list[str], runs: int, workers: int, stop_s: float | None = None) -> pd.DataFrame:
     """A row for each filter and run, scenario by scenario. Raises UsageError when a run fails."""
-    as_told = jobs(SYSTEM, chosen, runs, stop_s=stop_s)
-    larger = [replace(job, settings=in_turntable(str(job.scenario))) for job in as_told]
+    nominal_jobs = jobs(SYSTEM, chosen, runs, stop_s=stop_s)
+    larger = [replace(job, settings=in_turntable(str(job.scenario))) for job in nominal_jobs]
     with bar() as progress:
-        task = progress.add_task(SYSTEM, total=len(as_told) + len(larger))
-        table = run_jobs([*as_told, *larger], workers, progress=lambda done, total: progress.update(task, completed=done))
+        task = progress.add_task(SYSTEM, total=len(nominal_jobs) + len(larger))
+        table = run_jobs([*nominal_jobs, *larger], workers, progress=lambda done, total: progress.update(task, completed=done))
     if (failed := table[table["failure"] != ""]).size:
         raise UsageError(f"{failed.iloc[0]['scenario']}, seed {failed.iloc[0]['seed']}: {failed.iloc[0]['failure']}")
     # The filters of the first runs come once more in the second ones, where only the first is another.

@@ -1,5 +1,5 @@
 """A heated box whose lid is opened for minutes: does an observer with a plan of a few lines find when, and are its innovations as large
-as told once its noises have been tuned?
+as their sigmas once its noises have been tuned?
 
     ./run study thermal_box [--runs 5] [--hours 2]
     ./run study thermal_box --write FOLDER      # box.py, plan.toml and recording.csv, to try hnav observe on

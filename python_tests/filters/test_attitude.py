@@ -57,8 +57,8 @@ def test_impossible_options_are_refused_by_the_library_with_their_name(filter):
         assert (error.value.status, error.value.argument) == ("option", info.name)
 
 
-def test_a_gyroscope_whose_hold_was_told_wrongly_has_a_sigma_that_holds_its_error():
-    """Rates of 10 rad/s that act an interval later than told: the attitude is up to an interval's turn off."""
+def test_sigma_covers_the_error_of_a_wrong_gyro_hold():
+    """Rates of 10 rad/s that act an interval later than stated: the attitude is up to an interval's turn off."""
     m = tilted_motion(60).recording
     shown = slice(4000, None)
 
@@ -184,7 +184,7 @@ def test_the_hybrid_view_integrates_to_the_same_estimate(motion):
     np.testing.assert_allclose(f.derivative_along(0, x, seed), central, atol=1e-8)
 
 
-def test_hindsight_knows_the_horizon_better_and_leaves_no_row_out(broad_trial):
+def test_smoothing_improves_the_tilt_and_leaves_no_row_out(broad_trial):
     t = broad_trial
     arrays = (t.t_s, t.rate_b_rad_s, t.force_b_m_s2, t.field_b_tesla)
     f = Filter(Options("ahrs", navigation_frame="enu", solver="closed_form"))
@@ -211,7 +211,7 @@ def test_smoothing_goes_by_the_closed_form_whatever_the_solver_and_the_filter_go
 def test_smoothing_does_not_depend_on_the_direction_of_time(motion):
     """Turned round, a recording of rates held backward holds them forward, and gives the same attitudes."""
     m = motion.recording
-    # Three seconds do not tell that its forces are readings of their instant.
+    # Three seconds are too short to estimate the latency of the forces.
     known = {"start_accel_latency": 0.0, "start_sigma_accel_latency": 1e-3}
     there = Filter(Options("ahrs", **known)).smooth(m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     back = Filter(Options("ahrs", gyro_hold="forward", **known)).smooth(

@@ -1,4 +1,4 @@
-"""What the filters say of their sensors: the words, the times, and the same from every call that tells them."""
+"""Health of the sensors as the filters report it: states, times, and equal answers from every call."""
 
 from dataclasses import replace
 
@@ -40,16 +40,16 @@ def test_a_clipped_and_a_stuck_sensor_are_named_with_axes_and_times(filter, faul
     np.testing.assert_array_equal(run.t_s[run.health[:, 2] == SENSOR_STATES.index("stuck")][0], mag.since_s)
 
 
-def test_health_by_row_is_what_each_advance_tells(faulty):
+def test_health_by_row_equals_that_of_each_advance(faulty):
     short, f = faulty.cropped(9), Filter("ahrs")
     run = Filter("ahrs").run(*samples(short))
-    told = []
+    states = []
     for t_s, rate, force, field in zip(*samples(short)):
         f.push_imu(t_s, rate, force)
         f.push_mag(t_s, field)
         f.advance(t_s)
-        told.append([f.health().sensor[name].state for name in HEALTH_SENSORS])
-    np.testing.assert_array_equal(np.array(SENSOR_STATES)[run.health], told)
+        states.append([f.health().sensor[name].state for name in HEALTH_SENSORS])
+    np.testing.assert_array_equal(np.array(SENSOR_STATES)[run.health], states)
 
 
 def test_every_sensor_is_missing_before_its_first_sample_and_after_its_last(motion):

@@ -179,15 +179,15 @@ def jumping_flight() -> tuple[LinearModel, np.ndarray, np.ndarray]:
 FAULTS = ("fault_probability", "bias_fault_probability", "process_fault_probability")
 
 
-def test_faults_are_told_apart():
+def test_kinds_of_fault_are_distinguished():
     model, u, z = jumping_flight()
     f = InsErrorFilter(model)
     run = f.run(u, z)
     assert run.bias_fault_probability[60:75, 3].max() > 0.9 and run.bias_fault_probability[:, :3].max() < 0.5
     assert np.median(run.fault_probability[110:140, 0]) > 0.9 and run.fault_probability[:100, 0].max() < 0.5
     assert run.fault_probability[80:, 3].max() < 0.5 and np.median(run.process_fault_probability) < 0.1
-    for told, last in zip(f.faults(), (run.fault_probability, run.bias_fault_probability, run.process_fault_probability)):
-        np.testing.assert_array_equal(told, last[-1])
+    for probability, last in zip(f.faults(), (run.fault_probability, run.bias_fault_probability, run.process_fault_probability)):
+        np.testing.assert_array_equal(probability, last[-1])
 
 
 def test_faults_do_not_hang_on_units_or_on_the_order_of_channels():

@@ -1,4 +1,4 @@
-"""A magnetometer in the navigation filter: iron is found, headings are held, motion is believed before a false field."""
+"""A magnetometer in the navigation filter: iron is found, headings are held, and motion prevails over a false field."""
 
 import copy
 import pickle
@@ -77,8 +77,8 @@ def test_the_unit_of_the_field_is_free(hovering):
 def test_the_declination_turns_the_field(hovering):
     samples, _ = hovering
     off = 0.4
-    told = dict(field_direction_rad=0.02, start_sigma_iron=0.3)
-    runs = [run_of(samples, with_fields(samples, lambda m: m), declination_rad=d, **told) for d in (0.0, off)]
+    options = dict(field_direction_rad=0.02, start_sigma_iron=0.3)
+    runs = [run_of(samples, with_fields(samples, lambda m: m), declination_rad=d, **options) for d in (0.0, off)]
     turned = wrapped(runs[1].heading_rad - runs[0].heading_rad)[len(samples.t_s) // 2]
     assert 0.8 * off < turned < 1.1 * off
 
@@ -137,7 +137,7 @@ def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_headi
     assert np.sqrt(np.mean(off**2)) < 0.3 and abs(off[-1]) < 0.05
 
 
-def test_a_field_that_stays_another_is_believed_after_a_while(hovering):
+def test_a_field_that_stays_another_is_accepted_after_a_while(hovering):
     samples, _ = hovering
     used = []
     for longest_s in (5.0, 1e3):
@@ -150,7 +150,7 @@ def test_a_field_that_stays_another_is_believed_after_a_while(hovering):
     assert used[0] < 80 and used[1] > 250
 
 
-def test_false_fields_that_pass_are_told_of_by_sigma():
+def test_sigma_covers_false_fields_that_pass_the_gate():
     z2 = []
     for seed in range(40, 48):
         samples, truth = vehicle("quadrotor", "consumer", seed, 60.0, magnetometer=True)

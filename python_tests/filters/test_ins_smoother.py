@@ -37,8 +37,8 @@ def received(aids, late_s, until_s):
 
 
 def test_hindsight_is_better_than_the_filter_and_as_good_as_it_says():
-    told = hindsight.summary([hindsight.compared("car", "industrial", 7_000_000 + i) for i in range(3)])
-    filtered, smoothed = told
+    figures = hindsight.summary([hindsight.compared("car", "industrial", 7_000_000 + i) for i in range(3)])
+    filtered, smoothed = figures
     before, after, middle = range(3)
     assert (smoothed[after, :3] < [0.5, 0.5, 0.95] * filtered[after, :3]).all()
     assert (smoothed[middle, :3] < 0.9 * filtered[middle, :3]).all()

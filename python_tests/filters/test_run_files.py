@@ -141,7 +141,7 @@ def test_a_run_shows_its_figures(run):
     assert "0 rows" in repr(Filter("ahrs").run(np.empty(0)))
 
 
-def test_an_fmu_tells_the_same_gates(recording):
+def test_an_fmu_has_the_same_gates(recording):
     made = replace(recording, field_b_tesla=disturbed(recording))
     by_library, by_fmu = (run_recording(made, "ahrs", engine) for engine in ENGINES)
     used = np.isfinite(by_library.mag_nis)

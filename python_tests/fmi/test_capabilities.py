@@ -215,7 +215,7 @@ def test_event_mode_and_intermediate_updates_are_as_declared(path: Path):
     with Fmu(path) as fmu:
         fmu.fmu.freeInstance = lambda: None
         instance = fmu.fmu
-        instance.instantiate(logMessage=lambda *_: None, intermediateUpdate=lambda *told: updates.append(told[1]))
+        instance.instantiate(logMessage=lambda *_: None, intermediateUpdate=lambda *update: updates.append(update[1]))
         fmu.initialise()
         fmu.do_step(0.0, 0.01)
         instance.fmi3FreeInstance(instance.component)

@@ -47,7 +47,7 @@ ONE_SAMPLE = {"start.start_samples": 1}
 
 
 def opened(version: int, exchange: bool = False, **parameters) -> Fmu:
-    """Sampled periodically unless told otherwise: samples of these tests have counters, which auto would go by."""
+    """Sampled periodically unless a parameter says otherwise: these samples have counters, which auto would follow."""
     fmu = Fmu(fmu_path(MODEL, version), model_exchange=exchange)
     sample_periodically(fmu)
     for name, value in parameters.items():
@@ -106,7 +106,7 @@ def test_the_archive_holds_documentation_licences_and_an_example_input(version):
 
 
 @versions
-def test_the_binary_is_self_contained_and_tells_nothing_of_its_build(version, tmp_path):
+def test_the_binary_is_self_contained_and_holds_nothing_of_its_build(version, tmp_path):
     with zipfile.ZipFile(fmu_path(MODEL, version)) as archive:
         name = next(n for n in archive.namelist() if n.endswith(".so"))
         binary = Path(archive.extract(name, tmp_path))

@@ -208,8 +208,8 @@ def test_without_event_mode_a_filter_with_clocks_warns():
 def test_clocks_are_named_where_they_are_none_or_not_to_be_set():
     with Fmu(fmu_path("AhrsClocks", 3), events=True) as fmu:
         fmu.initialise()
-        for name, told in (("correction", "correction is no input clock"), ("gyro.rate[1]", "is real, not a clock")):
-            with pytest.raises(HnavError, match=told):
+        for name, message in (("correction", "correction is no input clock"), ("gyro.rate[1]", "is real, not a clock")):
+            with pytest.raises(HnavError, match=message):
                 fmu.tick([name])
         fmu.tick(["gyro.tick", "gyro.tick"])
         assert fmu.ticks("gyro.tick") and not fmu.ticks("mag.tick")

@@ -1,5 +1,5 @@
 """The FMU Ins: bit for bit the library, whatever the FMI version and step; by an importer's solver the same to its tolerance;
-what it says before it knows."""
+its outputs before the first estimate."""
 
 import ctypes as C
 
@@ -315,8 +315,8 @@ def test_parameters_are_the_options_of_the_library():
         variable = variables.get(place) or variables.get(f"{place}[1]") or variables.get(info.name)
         assert variable is not None and variable.causality == "parameter", name
         if not info.choices:
-            told = np.ravel(getattr(defaults, name))[0]
-            assert float(variable.start) == told, name
+            default = np.ravel(getattr(defaults, name))[0]
+            assert float(variable.start) == default, name
     assert [item.name for item in variables["preset"].declaredType.items] == list(INS_PRESETS)
 
 

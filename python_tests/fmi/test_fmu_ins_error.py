@@ -178,7 +178,7 @@ def test_the_archive_holds_documentation_licences_an_icon_and_an_example_input(m
 
 
 @versions
-def test_the_binary_is_self_contained_and_tells_nothing_of_its_build(model, version, tmp_path):
+def test_the_binary_is_self_contained_and_holds_nothing_of_its_build(model, version, tmp_path):
     with zipfile.ZipFile(fmu_path(model, version)) as archive:
         binary = Path(archive.extract(next(n for n in archive.namelist() if n.endswith(".so")), tmp_path))
     symbols = [
@@ -386,7 +386,7 @@ def test_lost_samples_pass_as_steps_without_a_measurement_and_are_counted(axis, 
 
 
 @versions
-def test_a_counter_may_begin_anywhere_stand_still_and_start_anew(axis, version):
+def test_a_counter_may_begin_anywhere_stand_still_and_restart(axis, version):
     flight = AircraftPlant(axis.aircraft, seed=2).run(10)
     with opened(axis.filter, version, sampling_mode=1) as fmu:
         fmu.initialise()

@@ -388,23 +388,23 @@ def test_a_step_that_holds_too_many_samples_is_refused(version):
 def instance_with_log(version: int, on: bool) -> tuple[Fmu, list[tuple[int, str, str]]]:
     fmu, said = Fmu(fmu_path("Ahrs", version)), []
     f = fmu.fmu
-    # The library stays loaded: only the instance is made anew.
+    # The library stays loaded: only the instance is created again.
     (f.fmi3FreeInstance if fmu.fmi3 else f.fmi2FreeInstance)(f.component)
 
-    def told(*line):
+    def logged(*line):
         status, category, text = line[-3:]
         said.append((status, category.decode(), text.decode()))
 
     if fmu.fmi3:
-        f.instantiate(loggingOn=on, logMessage=told)
+        f.instantiate(loggingOn=on, logMessage=logged)
     else:
-        fmu._callbacks.logger = type(fmu._callbacks.logger)(told)
+        fmu._callbacks.logger = type(fmu._callbacks.logger)(logged)
         f.instantiate(callbacks=fmu._callbacks, loggingOn=on)
     return fmu, said
 
 
 @versions
-def test_logging_tells_events_when_it_is_on_and_errors_and_warnings_always(version):
+def test_events_are_logged_when_logging_is_on_and_errors_and_warnings_always(version):
     for on in (False, True):
         fmu, said = instance_with_log(version, on)
         with fmu:

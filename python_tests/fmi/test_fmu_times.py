@@ -1,4 +1,4 @@
-"""Times far from 0, corners, steps and periods that are too small or too large, and what a step costs that nobody looks at."""
+"""Times far from 0, corners, steps and periods that are too small or too large, and the cost of a step whose outputs are not read."""
 
 import ctypes as C
 import math
@@ -139,7 +139,7 @@ def changed(fmu: Fmu) -> tuple[bool, float]:
 
 
 @versions
-def test_an_integrator_is_told_to_start_anew_where_the_rate_jumps(version):
+def test_an_integrator_restarts_where_the_rate_jumps(version):
     with Fmu(fmu_path("Turntable", version), model_exchange=True) as fmu:
         for name, value in TRIANGLE.items():
             fmu.set(name, value)

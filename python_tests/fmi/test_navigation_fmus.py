@@ -44,7 +44,7 @@ def truths_of(name: str, t_s: np.ndarray, vehicle: Vehicle) -> dict[str, np.ndar
 def sampled(
     name: str, parameters=None, seconds: float = 3.0, version: int = 2, step_s: float = 0.1, vehicle=None, start_s=0.0
 ) -> dict[str, np.ndarray]:
-    """The told outputs after each step, and the time as t_s."""
+    """The named outputs after each step, and the time as t_s."""
     vehicle = vehicle or Vehicle(seed=5, start_s=start_s)
     points = start_s + step_s * np.arange(round(seconds / step_s))
     truth, rows = truths_of(name, points, vehicle), []
@@ -98,8 +98,8 @@ def test_steps_and_the_version_of_fmi_change_nothing_of_the_truth():
         np.testing.assert_allclose(truths(version, steps), expected, rtol=1e-12, atol=1e-13)  # times add up to the last bit
     assert truths(3, STEPS[0]) == expected
     drive = Vehicle(kind="aircraft", seed=5).run([2.0])
-    told = np.concatenate([drive.place[0, :1], drive.velocity_n_m_s[0], drive.q_nb[0], drive.rate_b_rad_s[0]])
-    np.testing.assert_allclose(expected[: len(told)], told, rtol=1e-9, atol=1e-11)
+    true = np.concatenate([drive.place[0, :1], drive.velocity_n_m_s[0], drive.q_nb[0], drive.rate_b_rad_s[0]])
+    np.testing.assert_allclose(expected[: len(true)], true, rtol=1e-9, atol=1e-11)
 
 
 def test_far_from_zero_the_vehicle_moves_alike():
@@ -154,7 +154,7 @@ def test_noise_belongs_to_the_seed_and_the_number_of_the_sample(name):
 
 
 @versions
-def test_a_receiver_without_errors_tells_where_its_antenna_is(version):
+def test_a_receiver_without_errors_measures_where_its_antenna_is(version):
     antenna = [2.0, -1.0, -0.5]
     given = SILENT | {f"gnss.antenna_b_m[{i}]": value for i, value in enumerate(antenna, 1)}
     vehicle = Vehicle(kind="aircraft", seed=5)
@@ -173,20 +173,20 @@ def test_a_receiver_without_errors_tells_where_its_antenna_is(version):
     before, after = (vehicle.run(found["gnss.t_meas"][3:4] + side * step) for side in (-1, 1))
     moved = [earth.position_of(d.place) + earth.axes_at(d.place) @ _rotation(d.q_nb[0]) @ antenna for d in (before, after)]
     velocity = earth.axes_at(drive.place)[3].T @ (moved[1] - moved[0])[0] / (2 * step)
-    told = [found[f"gnssvel.velocity[{i}]"][3] for i in (1, 2, 3)]
-    np.testing.assert_allclose(told, velocity, atol=1e-4)
+    measured = [found[f"gnssvel.velocity[{i}]"][3] for i in (1, 2, 3)]
+    np.testing.assert_allclose(measured, velocity, atol=1e-4)
 
 
 @pytest.mark.parametrize("latitude_deg", (45, 89.999))
-def test_north_and_east_of_a_velocity_are_those_of_the_place_that_is_told(latitude_deg):
+def test_north_and_east_of_a_velocity_are_those_of_the_measured_place(latitude_deg):
     """By a pole a fix that lies metres off has another north than the true place."""
     wrong = SILENT | {"gnss.noise_m[1]": 10.0, "gnss.noise_m[2]": 10.0}
     vehicle = Vehicle(kind="aircraft", seed=5, latitude_rad=np.radians(latitude_deg))
     found = sampled("Gnss", wrong, 2.0, vehicle=vehicle)
     drive = vehicle.run(found["gnss.t_meas"])
     place = np.column_stack([found[f"gnss.{part}"] for part in ("latitude", "longitude", "height")])
-    told = np.column_stack([found[f"gnssvel.velocity[{i}]"] for i in (1, 2, 3)])
-    in_earth = np.einsum("nij,nj->ni", earth.axes_at(place), told)
+    measured = np.column_stack([found[f"gnssvel.velocity[{i}]"] for i in (1, 2, 3)])
+    in_earth = np.einsum("nij,nj->ni", earth.axes_at(place), measured)
     np.testing.assert_allclose(in_earth, np.einsum("nij,nj->ni", earth.axes_at(drive.place), drive.velocity_n_m_s), atol=1e-6)
 
 
@@ -248,7 +248,7 @@ def test_a_late_fix_says_when_it_was_measured_but_for_the_error_of_its_stamp():
     assert wrong["gnss.latitude"][at] == prompt["gnss.latitude"][same] and wrong["t_s"][at] == pytest.approx(2.1)
 
 
-def test_outliers_come_as_often_as_told():
+def test_outliers_have_the_given_rate():
     still = Vehicle(kind="rest", sway=0)
     found = sampled("Gnss", SILENT | {"gnss.period_s": 0.1, "gnss.outlier_probability": 0.2}, 60.0, vehicle=still)
     off = np.abs(found["gnss.height"] - 50) > 0.01
@@ -256,7 +256,7 @@ def test_outliers_come_as_often_as_told():
     assert np.std(found["gnss.height"][off]) == pytest.approx(20, rel=0.25)
 
 
-def test_pressure_falls_with_height_and_wheels_tell_the_speed_along_the_body():
+def test_pressure_falls_with_height_and_wheels_measure_the_speed_along_the_body():
     quiet = {"baro.noise_pa": 1e-6, "baro.offset_sigma_pa": 0.0, "baro.colour_pa": 0.0}
     vehicle = Vehicle(kind="aircraft", seed=5, height_m=2000)
     found = sampled("Baro", quiet, vehicle=vehicle)

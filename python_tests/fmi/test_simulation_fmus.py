@@ -120,7 +120,7 @@ def test_the_noise_density_is_published_in_si(version):
 
 # What holds for every FMU, as the tests of the filters say it.
 GENERAL = (
-    test_fmu.test_the_binary_is_self_contained_and_tells_nothing_of_its_build,
+    test_fmu.test_the_binary_is_self_contained_and_holds_nothing_of_its_build,
     test_fmu.test_a_token_of_another_version_is_turned_away,
     test_fmu.test_two_hundred_instances_leave_no_memory_behind,
 )
@@ -336,7 +336,7 @@ def test_the_same_samples_come_on_every_grid_that_meets_their_times(version):
 
 
 @versions
-def test_a_coarse_step_is_told(version):
+def test_missed_samples_of_a_coarse_step_are_counted(version):
     with opened("ImuMagSensor", version) as fmu:
         fmu.initialise()
         run_sensor(fmu, 0, 10, 0.05)

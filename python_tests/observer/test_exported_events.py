@@ -96,7 +96,7 @@ def frees(fmu: Fmu):
 
 
 def copies_out(fmu: Fmu) -> C.c_int:
-    """Copies of states that the plant inside has made and that nobody has freed."""
+    """Copies of states that the inner plant has made and that are not freed."""
     (binary,) = Path(fmu._folder).glob("resources/plant/binaries/*/ball.so")
     return C.c_int.in_dll(C.CDLL(str(binary)), "copies")
 
@@ -272,7 +272,7 @@ def test_fmpy_simulates_an_observer_of_a_ball(ball_binary, tmp_path, version, ki
 
 
 @versions
-def test_steps_of_the_importer_are_told_to_the_plant(ball_binary, tmp_path, version):
+def test_steps_of_the_importer_reach_the_plant(ball_binary, tmp_path, version):
     """This one has its bounce at the end of a step."""
     plan = plan_of(packed(tmp_path / "ball.fmu", ball_binary), "step_event")
     Observer(plan, start_mode="given").export(tmp_path / "o.fmu", version, period_s=1e6)

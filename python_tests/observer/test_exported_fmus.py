@@ -191,7 +191,7 @@ def test_estimates_do_not_depend_on_who_reads_them(exported, version):
 
 
 @versions
-def test_reset_begins_anew(exported, version):
+def test_reset_restarts(exported, version):
     with Fmu(exported[version]) as fmu:
         fmu.set("sampling_mode", "counter")
         fmu.initialise()
@@ -206,7 +206,7 @@ def test_reset_begins_anew(exported, version):
 
 
 @pytest.mark.parametrize("mode", ["nan_after_1", "error_after_1", "fatal_after_1"])
-def test_a_plant_that_breaks_costs_its_samples_and_is_told_once(little_fmu, tmp_path, mode):
+def test_a_plant_that_breaks_costs_its_samples_and_is_logged_once(little_fmu, tmp_path, mode):
     little_plan(little_fmu, mode).export(tmp_path / "o.fmu", period_s=STEP_S)
     with Fmu(tmp_path / "o.fmu") as fmu:
         fmu.initialise()
@@ -279,7 +279,7 @@ def test_names_of_plants_are_kept_whatever_they_are(little_binary, tmp_path, ver
 
 @versions
 def test_the_folder_that_it_lies_in_may_be_called_anything(exported, tmp_path, monkeypatch, version):
-    """FMI 2 tells it as a URI, whose escapes are undone once."""
+    """FMI 2 passes the folder of resources as a URI, whose escapes are decoded once."""
     folder = tmp_path / "a b %41 ü"
     folder.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(folder))

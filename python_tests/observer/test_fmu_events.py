@@ -181,7 +181,7 @@ def test_an_exported_observer_gives_the_same_estimates(ball_fmu, tmp_path, versi
         assert fmu.get("count.plant_events") > 1
 
 
-def test_the_command_tells_of_events(ball_fmu, tmp_path):
+def test_the_command_prints_events(ball_fmu, tmp_path):
     (tmp_path / "plan.toml").write_text(
         f"[plant]\nfmu = '{ball_fmu}'\n[sensor.h]\nnoise = 0.02\n[state.h]\nstart_sigma = 0.05\n"
         "[state.v]\nstart_sigma = 0.3\nnoise = 0.14\n[options]\nstart_mode = 'given'\n"
@@ -227,7 +227,7 @@ def test_points_go_through_an_fmu_that_keeps_its_states_itself(ball_fmu, ball_bi
             assert [fmu.get("post.h"), fmu.get("post.v")] == [run.x["h"][-1], run.x["v"][-1]]
 
 
-def test_steps_of_the_solver_are_told(ball_fmu):
+def test_events_at_ends_of_steps_are_found(ball_fmu):
     # This one has its bounce at the end of a step: a little too deep.
     run = observer_of(ball_fmu, "step_event").run(T_S[:12], {"h": samples()[:12]})
     assert run.dropped == 0

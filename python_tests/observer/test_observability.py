@@ -1,4 +1,4 @@
-"""What samples cannot tell is named: single numbers, and combinations of which only one is seen."""
+"""Unobservable numbers are named: single ones, and combinations of which only one is observable."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def two_rooms(sensor: str) -> Plan:
 
 
 def drift() -> Plan:
-    """A velocity sensor beside a position that nobody measures, with the offset of the sensor."""
+    """A velocity sensor beside a position that is not measured, with the offset of the sensor."""
     plant = Plant(
         lambda t, x, u, p: [x[1], -x[1] + 1], lambda t, x, u, p: [x[1] + p[0]], states={"s": 0.0, "v": 0.0}, sensors=["v"],
         parameters={"offset": 0.0},
@@ -69,7 +69,7 @@ def test_what_no_sensor_sees_is_named():
     assert found(two_rooms("one"), np.exp(-0.2 * T_S)).unseen == (("two",),)
 
 
-def test_a_position_that_nobody_measures():
+def test_a_position_that_is_not_measured():
     assert found(drift(), 1 - np.exp(-T_S)).unseen == (("s",),)
 
 

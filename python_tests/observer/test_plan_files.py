@@ -99,8 +99,8 @@ def test_a_damaged_plan_is_refused_by_its_line(little_fmu, little_binary, tmp_pa
     (tmp_path / "binaries/linux64/little.so").write_bytes(little_binary.read_bytes())
     assert "observer.plan cannot be read" in opened(tmp_path)
     (tmp_path / "observer.plan").write_text(change(little_plan(little_fmu).text()))
-    told = opened(tmp_path)
-    assert said in told and bool(told) == bool(said)
+    message = opened(tmp_path)
+    assert said in message and bool(message) == bool(said)
 
 
 @pytest.mark.parametrize(

@@ -34,7 +34,7 @@ def test_a_ball_bounces():
     run = observer.run(t, {"h": h})
     assert np.abs(run.x["h"] - h).max() < 0.01
     assert run.plant_events[0] == 0 and run.plant_events[-1] == 1
-    # The sample beside the bounce does not tell whether it has been.
+    # The sample next to the bounce does not decide whether it has occurred.
     assert run.parts[8] == 2 and run.parts[-1] == 1
     info = observer.info()
     assert (info.parts, info.largest_part, info.plant_events, info.splits) == (1, 1, 1, 1)
@@ -77,7 +77,7 @@ def test_what_an_event_raises_is_raised_again():
         observer.advance(0.6)
 
 
-def test_events_that_are_not_told_are_refused():
+def test_incomplete_events_are_refused():
     with pytest.raises(hnav.HnavValueError, match="need event, which says what happens"):
         hnav.Plant(lambda t, x, u, p: x, lambda t, x, u, p: x, states={"x": 0}, sensors=["x"], indicators=lambda t, x, u, p: x)
     plan = heater()

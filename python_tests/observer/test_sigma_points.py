@@ -45,7 +45,7 @@ def test_a_parameter_is_learnt():
     assert run.x["k"][-1] == pytest.approx(5.0, abs=4 * run.sigma["k"][-1]) and run.sigma["k"][-1] < 0.1
 
 
-def test_the_oscillator_of_van_der_pol_has_errors_as_told():
+def test_the_oscillator_of_van_der_pol_has_errors_as_stated():
     plant = hnav.Plant(lambda t, x, u, p: (x[1], (1 - x[0] * x[0]) * x[1] - x[0]), lambda t, x, u, p: x[0], states={"x0": 2.0, "x1": 0.0},
                        sensors=["x0"])  # fmt: skip
     nees = []

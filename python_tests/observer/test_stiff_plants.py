@@ -61,7 +61,7 @@ def test_a_start_on_the_slow_motion_is_followed():
 
 
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_points_go_with_a_plant_that_jumps_and_derivatives_are_told_not_to():
+def test_sigma_points_follow_a_plant_that_jumps_and_derivatives_are_advised_against():
     """At 807 s it jumps within milliseconds, at a time that derivatives take to be certain."""
     t_s = np.arange(1, 101) * 10.0
     truth = solve_ivp(lambda t, x: slope(t, x, 0, 0), (0, t_s[-1]), [2, 0], method="Radau", rtol=1e-9, atol=1e-12, t_eval=t_s)
@@ -72,8 +72,8 @@ def test_points_go_with_a_plant_that_jumps_and_derivatives_are_told_not_to():
     assert 0.6 < runs["sigma_points"].nis["x"].mean() < 1.4 and runs["sigma_points"].dropped == 0
     assert findings(runs["sigma_points"], plan_of_oscillator()) == []
     assert runs["derivatives"].nis["x"].max() > 100
-    (told,) = findings(runs["derivatives"], plan_of_oscillator())
-    assert 'jumps of a stiff plant propagation = "sigma_points"' in told.sentence() and 800 <= told.start_s <= 820
+    (finding,) = findings(runs["derivatives"], plan_of_oscillator())
+    assert 'jumps of a stiff plant propagation = "sigma_points"' in finding.sentence() and 800 <= finding.start_s <= 820
 
 
 @pytest.mark.filterwarnings("ignore:overflow")

@@ -169,7 +169,7 @@ def test_euler_of_the_gauss_markov_error_is_its_first_term_and_loses_variance():
 # --------------------------------------------------------------------------------------------- gaps in the reference
 
 
-def test_a_gap_is_three_usual_intervals_and_a_slower_sensor_is_believed():
+def test_a_gap_is_three_usual_intervals_and_a_slower_sensor_is_accepted():
     assert not is_gap(0.03, 0.0) and not is_gap(0.03, 0.01) and is_gap(0.031, 0.01)
     usual = 0.01
     for _ in range(40):

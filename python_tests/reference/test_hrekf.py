@@ -52,8 +52,8 @@ def test_the_library_adapts_as_the_reference_does(gamma_mode):
     target = Filter(options)
     run = target.run(t, rate, force, field)
     q, bias, sigma = run_reference(t, rate, force, field, options)
-    told, found = options.gyro_bias_walk_rad_s_per_sqrt_s, target.diagnostics().adapted_bias_walk_rad_s_per_sqrt_s
-    assert abs(np.log(found / told)) > 0.1
+    stated, found = options.gyro_bias_walk_rad_s_per_sqrt_s, target.diagnostics().adapted_bias_walk_rad_s_per_sqrt_s
+    assert abs(np.log(found / stated)) > 0.1
     assert difference(q, run.q_nb) < 1e-10
     assert np.nanmax(np.abs(bias - run.gyro_bias_rad_s)) < 1e-10 and np.nanmax(np.abs(sigma - run.sigma_rad)) < 1e-10
 

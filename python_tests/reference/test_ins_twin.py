@@ -27,7 +27,7 @@ STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 0.1, 2.0)
     ],
 )
 def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
-    """other_s: for so long the field is another; another one is left out for 4 s, and believed then."""
+    """other_s: seconds with another field, which the filter rejects for 4 s and then accepts."""
     samples, truth = vehicle(kind, "industrial", 4, 20.0)
     fields = dict(zip(*fields_of(np.random.default_rng(4), truth))) if magnetometer else {}
     fields = {t_s: (4 if 0 < t_s - truth.t_s[0] - 8 < other_s else 1) * field for t_s, field in fields.items()}

@@ -96,7 +96,7 @@ def test_a_peer_scored_against_itself_makes_no_error(recording):
     assert max(result.total_deg, result.heading_deg, result.inclination_deg) < 1e-5
 
 
-def test_missing_samples_are_held_and_told_to_those_who_ask(recording):
+def test_missing_samples_are_held_and_marked(recording):
     field = recording.field_b_tesla.copy()
     field[[0, 7, 8]] = np.nan
     samples = samples_of(replace(recording, field_b_tesla=field))
@@ -119,7 +119,7 @@ def test_lost_rows_are_put_back_for_filters_of_fixed_rate(recording):
     assert len(run_peer("vqf", gappy)[0]) == len(gappy.t_s)
 
 
-def test_irregular_stamps_tell_nothing_about_lost_rows(recording):
+def test_irregular_stamps_do_not_determine_lost_rows(recording):
     (jittered,) = variants("JITTER", [recording])
     np.testing.assert_array_equal(samples_of(jittered, RATE_HZ).row, np.arange(len(jittered.t_s)))
 
@@ -188,7 +188,7 @@ def test_a_first_run_that_is_timed_is_not_run_twice(recording):
     assert calls == ["estimate"] and only.us_per_sample == 7.0
 
 
-def test_a_failure_is_a_row_and_costs_nobody_else(recording):
+def test_a_failure_is_a_row_and_does_not_stop_the_others(recording):
     def broken(recording, rate_hz):
         raise ZeroDivisionError("matrix is singular\nsecond line")
 

@@ -1,5 +1,5 @@
-"""The comparison of two revisions: it sees a last bit and a NaN that is not one, tells what moved in sigmas, and finds no scenario
-that differs from itself."""
+"""The comparison of two revisions: it detects a changed last bit and a NaN that became a number, states differences in
+sigmas, and finds no difference between a revision and itself."""
 
 import json
 import math
@@ -57,7 +57,7 @@ def test_what_stands_on_one_side_only_is_listed_and_no_fault():
     assert (verdict.verdict, verdict.only_old, verdict.only_new) == ("equal", ["gone"], ["new"])
 
 
-def test_a_side_that_failed_is_told_and_two_that_refuse_in_the_same_words_agree():
+def test_a_failed_side_is_named_and_two_refusals_in_the_same_words_agree():
     verdict = judged("s", {"x": VALUES}, {FAILURE: np.array("Traceback\nKeyError: 'q'")})
     assert verdict.verdict == "failed" and verdict.failure.endswith("KeyError: 'q'")
     refusal = {FAILURE: np.array("refused: too short")}

@@ -1,4 +1,4 @@
-"""Convergence and the filters of the literature: what each must do from a start that it was assumed, and from one that it was not."""
+"""Convergence and the filters of the literature: errors from a start within the assumed covariance, and from one outside it."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_a_turn_is_the_exponential_of_its_cross_product():
 
 
 @pytest.mark.parametrize("name", PEERS)
-def test_every_peer_finds_the_attitude_from_the_start_that_it_was_told(name):
+def test_every_peer_finds_the_attitude_from_the_given_start(name):
     error = errors_deg(name, [0.02, -0.02, 0.4])
     assert error[:, 0].min() > 20
     assert np.sqrt(np.mean(error[:, 250:] ** 2)) < 0.6

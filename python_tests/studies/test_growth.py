@@ -33,7 +33,7 @@ def test_a_later_field_costs_more():
     assert far.us_per_late_sample > max(0.0, near.us_per_late_sample)
 
 
-def test_runs_are_told_by_how_fmus_are_loaded():
+def test_runs_are_distinguished_by_how_fmus_are_loaded():
     try:
         fresh, kept = of_workers(3, (1,), stop_s=0.2)
     except HnavError as error:

@@ -1,4 +1,4 @@
-"""Starts of the navigation filter: what the study tells the filter is what it simulates."""
+"""Starts of the navigation filter: its options equal the simulated errors."""
 
 import numpy as np
 import pytest
@@ -10,11 +10,11 @@ from studies.ins.experiment import experiment, figures
 from studies.ins.vehicles import Truth, ideal
 
 
-def test_a_telephone_is_told_how_slow_and_large_the_error_of_its_satellites_is():
-    told = figures(list(experiment("walker", "consumer", 24, 3, 1)))
+def test_a_telephone_has_the_options_of_its_slow_satellite_error():
+    found = figures(list(experiment("walker", "consumer", 24, 3, 1)))
     # 24 starts of three axes: a mean of 72 squares of standard deviation 0.17, and errors of one start hang together.
-    assert 0.5 < told.position_z2 < 1.6
-    assert told.false == 0 and np.isnan(told.median_s)
+    assert 0.5 < found.position_z2 < 1.6
+    assert found.false == 0 and np.isnan(found.median_s)
 
 
 @pytest.mark.parametrize(("kind", "grade"), [("swaying", "navigation"), ("vibrating", "navigation"), ("rest", "tactical")])

@@ -100,7 +100,7 @@ def test_equivalent_mutants_are_mutants_and_have_a_reason():
     assert all(len(reason) > 20 for reason in equivalents().values())
 
 
-def test_the_copy_is_written_anew_only_where_it_differs(tmp_path):
+def test_the_copy_is_written_again_only_where_it_differs(tmp_path):
     few = chosen(TOP, COUNT)[:2]
     write_copy(TOP, tmp_path, few)
     times = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
@@ -133,7 +133,7 @@ def test_the_table_counts_each_mutant_once():
 
 
 def test_one_percent_of_the_mutants_is_noticed(tmp_path):
-    """Two of the convention of rotations, by the tests beside it: what one small program can tell."""
+    """Two mutants of the convention of rotations, which one small test program detects."""
     path = "maths/rotation.hpp"
     here = [m for m in chosen(TOP, COUNT) if m.path == path]
     copy = tmp_path / path

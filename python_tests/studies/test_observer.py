@@ -11,7 +11,7 @@ from studies.observer.__main__ import bounds_table, cost_table, laws_table, main
 from studies.observer.smooth import results
 
 
-def test_the_mean_error_of_a_few_runs_is_as_told(monkeypatch):
+def test_the_mean_error_of_a_few_runs_is_as_stated(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
     (result,) = results(5)
     # Of 900 corrections whose errors hang together for some ten of them.
@@ -43,8 +43,8 @@ def test_the_table_has_a_row_for_each_plant(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
     monkeypatch.setattr(events, "PARTICLES", 10)
     monkeypatch.setattr(events, "SUBSTEPS", 10)
-    told = answered(main, "--runs", "1", "--part", "errors")
-    assert told.returncode == 0 and "functions in Python" in told.stdout and "pendulum with a stop" in told.stdout
+    answer = answered(main, "--runs", "1", "--part", "errors")
+    assert answer.returncode == 0 and "functions in Python" in answer.stdout and "pendulum with a stop" in answer.stdout
 
 
 def test_figures_beside_what_they_have_to_be(monkeypatch):
@@ -66,7 +66,7 @@ def test_a_bounce_costs_more_than_none():
 
 
 @needs_library
-def test_costs_are_told(monkeypatch):
+def test_costs_are_printed(monkeypatch):
     monkeypatch.setattr(cost, "has_valgrind", lambda: False)
     assert cost_table().row_count == 4
 
@@ -88,11 +88,11 @@ def test_only_a_bound_keeps_a_positive_parameter_positive(monkeypatch):
 
 
 def test_a_part_that_is_none_is_refused():
-    told = answered(main, "--part", "speed")
-    assert told.returncode == 2 and "choose from errors, hindsight, laws, tank, bounds, size, cost" in told.stderr
+    answer = answered(main, "--part", "speed")
+    assert answer.returncode == 2 and "choose from errors, hindsight, laws, tank, bounds, size, cost" in answer.stderr
 
 
-def test_a_tank_is_told(monkeypatch):
+def test_a_tank_is_printed(monkeypatch):
     (result,) = tank.results(1)[1:]
     assert (result.plan, result.runs, result.found, result.held, result.dropped) == ("min = 0", 1, 1, 0, 0)
     monkeypatch.setattr(tank, "results", lambda: [result])

@@ -57,7 +57,7 @@ def test_a_late_magnetometer_sees_the_attitude_of_before():
     assert motion == "fast turning"
     earth = attitude(recording).apply(recording.field_b_tesla)
     mean = earth.mean(axis=0)
-    # To first order a field that is late by d is seen turned by -d w: its distance from the mean along w x m tells d.
+    # To first order a field that is late by d is measured turned by -d w: its distance from the mean along w x m gives d.
     turning = np.cross(mean, attitude(recording).apply(recording.rate_b_rad_s - sensors.gyro_bias_rad_s))
     latency_s = -np.sum(turning * (earth - mean)) / np.sum(turning**2)
     assert latency_s == pytest.approx(sensors.mag_latency_s, abs=0.0005)
@@ -74,7 +74,7 @@ def test_kinds_of_motion_differ_in_their_rates():
 
 
 @pytest.mark.parametrize("disturbance", [name for name in DISTURBANCES if name != "none"])
-def test_the_field_is_true_from_the_time_that_is_told(disturbance):
+def test_the_field_is_true_from_the_stated_time(disturbance):
     index = GROUPS.index(("rest", disturbance))
     simulated = simulated_start(index)
     field = attitude(simulated.recording).apply(simulated.recording.field_b_tesla)
@@ -145,7 +145,7 @@ def test_wrong_is_beyond_three_sigma_and_five_degrees():
     assert not never.ready and not never.wrong
 
 
-def test_wrong_before_the_field_is_true_is_told_apart():
+def test_wrong_before_the_field_is_true_is_counted_apart():
     assert not start(error=50, field_true_s=5, ready_s=4).wrong_in_true_field
     assert start(error=50, field_true_s=5, ready_s=6).wrong_in_true_field
     assert not start(error=1, field_true_s=5, ready_s=6).wrong_in_true_field

@@ -110,7 +110,7 @@ def test_a_false_field_is_the_true_one_turned_and_scaled_in_the_earths_frame(rec
         np.testing.assert_array_equal(variant.movement, recording.movement)
 
 
-def test_the_two_passes_of_xrest_are_told_apart_by_name(recordings):
+def test_the_two_passes_of_xrest_have_different_names(recordings):
     names = [variant.name for variant in variants("XREST", recordings)]
     assert len(set(names)) == 2 * len(recordings)
 

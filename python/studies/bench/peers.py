@@ -4,7 +4,7 @@
 
 Each is the filter its authors publish, with the defaults they chose. A fair start: those that take an initial
 attitude get TRIAD of the first sample, the others align themselves as they are made to. None takes time stamps, and not
-all know NaN, so each gets what a careful user would feed it: rows at its fixed rate, a lost row put back, a missing sample
+all accept NaN, so each gets what a careful user would feed it: rows at its fixed rate, a lost row put back, a missing sample
 left out where the filter can do without, else the last one held.
 
 | name | package | source |
@@ -139,7 +139,7 @@ def _ahrs_mahony(s: Samples) -> np.ndarray:
 def _ahrs_ekf(s: Samples) -> np.ndarray:
     from ahrs.filters import EKF
 
-    # It asks for the dip of the field; in east-north-up its gravity points down, so the reading is turned round.
+    # Its argument is the dip of the field; in east-north-up its gravity points down, so the reading is turned round.
     q0 = s.first_attitude()
     east, north, up = Rotation.from_quat(q0[[1, 2, 3, 0]]).apply(s.field_ut[0])
     dip_deg = np.degrees(np.arctan2(-up, np.hypot(east, north)))

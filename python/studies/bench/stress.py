@@ -65,7 +65,7 @@ def from_motion(recording: Recording) -> Recording:
 def distorted(recording: Recording, distortion: Distortion, settling_s: float | None = None) -> Recording:
     """The field of the first rows false; settling_s: score only what is later than this after the field's return."""
     n = min(int(distortion.duration_s * nominal_rate_hz(recording)), len(recording.t_s))
-    # Where the optics lost the body, its last known attitude places the distortion.
+    # Without an optical attitude, the last one orients the distortion.
     attitude = Rotation.from_quat(_held(recording.needed("reference_q_nb"))[:n][:, [1, 2, 3, 0]])
     field = recording.needed("field_b_tesla").copy()
     earth = distortion.scale * distortion.rotation.apply(attitude.apply(field[:n]))
@@ -181,7 +181,7 @@ def variant_count(set_name: str, recordings: int) -> int:
 
 
 def nominal_rate_hz(recording: Recording) -> float:
-    """Rows per second, blind to lost ones."""
+    """Rows per second by the median interval, which lost rows do not change."""
     return float(1 / np.median(np.diff(recording.t_s)))
 
 

@@ -2,7 +2,7 @@
 
     ./run study calls --seconds 30
 
-Half of the sequences keep to the ranges that the archive declares; driver.cpp says what else is in them and what is looked at.
+Half of the sequences keep to the ranges that the archive declares; driver.cpp lists the other calls and the checks.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""python -m studies.compare: the two sides at work side by side, and what comes of it."""
+"""python -m studies.compare: runs both revisions in parallel and prints the comparison."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def compared(old: Path, new: Path, scenarios: list[Scenario]) -> list[Verdict]:
         try:
             for scenario in scenarios:
                 found.append(judged(scenario.name, *(side.take(scenario) for side in sides)))
-                for line in told(found[-1]):
+                for line in lines_of(found[-1]):
                     say(line)
         finally:
             for side in sides:
@@ -101,8 +101,8 @@ def compared(old: Path, new: Path, scenarios: list[Scenario]) -> list[Verdict]:
     return found
 
 
-def told(verdict: Verdict) -> list[str]:
-    """A line, and one for each of the columns that moved most."""
+def lines_of(verdict: Verdict) -> list[str]:
+    """The line of a scenario, and a line for each of the columns that moved most."""
     one_side = [
         f"{len(names)} columns {side} only" for side, names in (("old", verdict.only_old), ("new", verdict.only_new)) if names
     ]
@@ -137,12 +137,12 @@ def command(
     """This checkout's answers beside another revision's, bit for bit; exit code 1 when anything moved."""
     chosen = [s for s in all_scenarios() if _is_chosen(s.name, only or ["*"])]
     if not chosen:
-        raise UsageError(f"no scenario is called {' or '.join(only or [])}; --list tells their names")
+        raise UsageError(f"no scenario is called {' or '.join(only or [])}; --list prints the names")
     if show:
         say("\n".join(scenario.name for scenario in chosen))
         return
     if not {"BROAD_DIR", "HNAV_FLIGHT", "HNAV_PLANTS"} <= os.environ.keys():
-        say("BROAD_DIR, HNAV_FLIGHT and HNAV_PLANTS name folders; what needs one that is not named is left out")
+        say("BROAD_DIR, HNAV_FLIGHT and HNAV_PLANTS name folders; scenarios are left out whose folder is not set")
     begin = time.monotonic()
     found = compared(built(revision) if old is None else old.resolve(), CHECKOUT, chosen)
     say(f"{_summary(found)}; {time.monotonic() - begin:.0f} s")

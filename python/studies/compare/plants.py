@@ -17,8 +17,8 @@ _STATE = '[state."{name}"]\nstart = {start}\nstart_sigma = {sigma}\nnoise = {noi
 def _plan(sensor: str, noise: float, gate: float, **states: tuple[float, float, float, float]) -> str:
     """States: start, its sigma, noise, and the sigma below which it is ready."""
     words = ("start", "sigma", "noise", "ready")
-    told = (_STATE.format(name=name, **dict(zip(words, values))) for name, values in states.items())
-    return _PLAN.format(sensor=sensor, noise=noise, gate=gate) + "".join(told)
+    tables = (_STATE.format(name=name, **dict(zip(words, values))) for name, values in states.items())
+    return _PLAN.format(sensor=sensor, noise=noise, gate=gate) + "".join(tables)
 
 
 PLANS = {
@@ -45,7 +45,7 @@ plant = hnav.Plant(
 def _samples(
     sensor: str, start: tuple[float, ...], step: Callable[[Array, float], None], noise: float
 ) -> tuple[list[str], Array]:
-    """Times and samples of the first state, some missing and one far off; step: a short way on, in place."""
+    """Times and samples of the first state, some missing and one outlier; step: integrates the state over a short time, in place."""
     rng, x, substeps, rows = np.random.default_rng(11), np.array([start]), 20, []
     for k in range(1, SAMPLES_N + 1):
         for _ in range(substeps):

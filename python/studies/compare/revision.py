@@ -11,7 +11,7 @@ from hnav.places import CHECKOUT
 
 REVISION = "d7bc172"
 FOLDER = CHECKOUT / ".cache/compare"
-# Written last: what is there is whole.
+# Written last: its presence marks a complete build.
 COMPLETE = "complete"
 LEAN = ["-DHNAV_BUILD_FMUS=ON", "-DHNAV_BUILD_TESTS=OFF", "-DHNAV_BUILD_BENCH=OFF", "-DHNAV_BUILD_EXAMPLES=OFF"]
 
@@ -29,7 +29,7 @@ def built(revision: str) -> Path:
     fmpy = importlib.util.find_spec("fmpy")
     headers = Path(str(fmpy and fmpy.origin)).parent / "c-code"
     places = [f"-DHNAV_FMI_HEADERS={headers}", f"-DHNAV_PYTHON={sys.executable}"]
-    # What this checkout has fetched need not be fetched again.
+    # Reuses the downloads of this checkout.
     sundials = [f"-DHNAV_SUNDIALS_SOURCE={path}" for path in CHECKOUT.glob("build/sundials/source/sundials-*")]
     _run(["cmake", "--preset", "release", *LEAN, *places, *sundials[:1]], revision, folder)
     _run(["cmake", "--build", "build", "--target", "python_binding", "hnav", "fmus"], revision, folder)

@@ -56,12 +56,12 @@ FMUS = (
 )  # fmt: skip
 SAMPLED = ("ImuMagSensor", "Gnss", "Baro", "Wheel")  # for Co-Simulation alone
 UNREADABLE = ("twice", "swapped", "ahead", "clock_back")
-"""Faults of stamps that no recording may have, and that devices have: through FMUs alone."""
+"""Faults of time stamps that a recording may not have but devices produce: FMUs only."""
 READABLE = [fault for fault in FAULTS if fault not in ("none", *UNREADABLE)]
 
 
 def all_scenarios() -> Iterator[Scenario]:
-    """Without recordings those of made motion remain."""
+    """Without recordings, only scenarios of simulated motion remain."""
     yield from _attitude()
     yield from _navigation()
     yield from _observer()
@@ -100,25 +100,31 @@ def _attitude() -> Iterator[Scenario]:
 
 
 def _navigation() -> Iterator[Scenario]:
-    told = "solver=closed_form"
+    closed_form = "solver=closed_form"
     for kind in ("car", "aircraft", "ship"):
         yield _filter(
-            f"ins/start/{kind}", f"{{in}}/{kind}.csv", *INS, "industrial", "--gnss", f"{{in}}/{kind}-gnss.csv", options=told
+            f"ins/start/{kind}",
+            f"{{in}}/{kind}.csv",
+            *INS,
+            "industrial",
+            "--gnss",
+            f"{{in}}/{kind}-gnss.csv",
+            options=closed_form,
         )
     car = ("{in}/car.csv", *INS)
     satellites = ("--gnss", "{in}/car-gnss.csv")
     yield _filter("ins/solver/car", *car, "industrial", *satellites)
-    yield _filter("ins/smooth/car", *car, "industrial", *satellites, "--smooth", options=told)
+    yield _filter("ins/smooth/car", *car, "industrial", *satellites, "--smooth", options=closed_form)
     for preset in ("consumer", "tactical", "navigation"):
-        yield _filter(f"ins/preset/{preset}", *car, preset, *satellites, options=told)
+        yield _filter(f"ins/preset/{preset}", *car, preset, *satellites, options=closed_form)
     place = "start_place=given start_latitude_rad=1.3962634015954636 start_longitude_rad=0.5 start_height_m=50"
     still = " rest_velocity_noise_m_s=0.01"
-    yield _filter("ins/gyrocompass", "{in}/polar.csv", *INS, "navigation", options=f"{told} {place}{still}")
+    yield _filter("ins/gyrocompass", "{in}/polar.csv", *INS, "navigation", options=f"{closed_form} {place}{still}")
     for fault in READABLE:
-        yield _filter(f"ins/fault/{fault}", f"{{in}}/car-{fault}.csv", *INS, "industrial", *satellites, options=told)
+        yield _filter(f"ins/fault/{fault}", f"{{in}}/car-{fault}.csv", *INS, "industrial", *satellites, options=closed_form)
     if folder := os.environ.get("HNAV_FLIGHT"):
-        yield _filter("ins/flight", str(Path(folder) / "thor75.csv"), *INS, "consumer", options=told)
-        yield _filter("ins/flight/smooth", str(Path(folder) / "thor75.csv"), *INS, "consumer", "--smooth", options=told)
+        yield _filter("ins/flight", str(Path(folder) / "thor75.csv"), *INS, "consumer", options=closed_form)
+        yield _filter("ins/flight/smooth", str(Path(folder) / "thor75.csv"), *INS, "consumer", "--smooth", options=closed_form)
 
 
 def _observer() -> Iterator[Scenario]:

@@ -33,14 +33,14 @@ SIGMAS = [
 
 @dataclass(frozen=True)
 class Moved:
-    """A column that is not what it was."""
+    """A column whose values differ between the revisions."""
 
     column: str
     rows: int
     of: int
     largest: float
     sigmas: float | None = None
-    """The largest in units of the sigma that the old side states there, where it states one."""
+    """The largest difference in units of the sigma that the old revision states in that row; None without one."""
 
     def __str__(self) -> str:
         within = "" if self.sigmas is None else f" ({self.sigmas:.2g} sigma)"
@@ -49,7 +49,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class Verdict:
-    """On one scenario."""
+    """The result of one scenario."""
 
     scenario: str
     verdict: str
@@ -62,7 +62,7 @@ class Verdict:
 
 
 def judged(scenario: str, old: Columns, new: Columns) -> Verdict:
-    """What stands on one side only is listed, and nothing against it; what failed on either side is no answer."""
+    """Columns of one side only are listed and do not count as moved; a failure of either side makes the verdict "failed"."""
     failures = {side: str(answers[FAILURE]) for side, answers in (("old", old), ("new", new)) if FAILURE in answers}
     if failures:
         return _failed(scenario, failures)
@@ -82,7 +82,7 @@ def _failed(scenario: str, failures: dict[str, str]) -> Verdict:
 
 
 def _end(trace: str) -> str:
-    """Of a traceback: where and why."""
+    """The last lines of a traceback: where and why."""
     return " ".join(line.strip() for line in trace.strip().splitlines()[-4:])
 
 
@@ -117,7 +117,7 @@ def sigma_of(name: str, columns: Columns) -> NDArray[Any] | None:
 
 
 def _unequal(before: NDArray[Any], after: NDArray[Any]) -> NDArray[Any]:
-    """Bit for bit, where any NaN is any other."""
+    """Equal bit for bit; all NaN are equal."""
     if before.dtype.kind != "f" or after.dtype != before.dtype:
         differ: NDArray[Any] = np.asarray((before != after) & ~((before != before) & (after != after)))
         return differ

@@ -98,7 +98,7 @@ def _chosen(variables: dict[str, Any], name: str, choice: str) -> tuple[str, int
 
 
 def own_hnav(checkout: Path) -> None:
-    """Raises ImportError when another checkout's package answers: one that is installed for editing finds itself first."""
+    """Imports the checkout's own hnav; an editable install would be found first. Raises ImportError for another one."""
     sys.meta_path[:] = [finder for finder in sys.meta_path if "editable" not in type(finder).__module__]
     import hnav
 
@@ -117,7 +117,7 @@ def main(checkout: str, inputs: str, outputs: str, scenarios: str) -> None:
         except Exception as error:
             found = {FAILURE: np.array(str(error) if type(error) is RuntimeError else traceback.format_exc(limit=-2))}
         shutil.rmtree(places["out"])
-        # Under another name until it is whole: the reader of the two sides takes what is there.
+        # Renamed when complete, because the reader takes any file that exists.
         target = file_of(Path(outputs), scenario["name"])
         partial = target.with_suffix(".part")
         with partial.open("wb") as file:

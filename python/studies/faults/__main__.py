@@ -48,7 +48,7 @@ def command(
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", envvar="HNAV_FLIGHT", help="the recorded flight")] = None,
     seed: Seed = 1,
 ) -> None:
-    """Tells how long faults of sensors and stamps leave a filter wrong, and whether it says so."""
+    """Measures how long faults of sensors and time stamps leave an estimate wrong, and whether the filter reports it."""
     if filter == "ins":
         of_bodies, names = kinds.split(","), only.split(",") if only else list(navigating.FAULTS)
         check_choices("--kinds", of_bodies, BODIES)

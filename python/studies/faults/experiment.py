@@ -133,7 +133,7 @@ def damage_of(recording: Recording, fault: str, index: int, filter: str, setting
 
 
 def _peer_deg(recording: Recording, damaged: Recording) -> float:
-    """Of the peer, which is told the recording's true rate and takes no stamps."""
+    """Total error of the peer, deg. It gets the true rate of the recording and no time stamps."""
     if not PEERS[PEER].installed():
         return np.nan
     q_nb, _ = run_peer(PEER, damaged, float(1 / np.median(np.diff(recording.t_s))))

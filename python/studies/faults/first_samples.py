@@ -1,4 +1,4 @@
-"""Starts whose first force or field is anything: is the attitude later as good as without that sample?
+"""Starts whose first force or field is wrong: is the attitude later as good as without that sample?
 
 Undisturbed starts of studies.readiness.starts. The first sample of one sensor gets 0 to 3 times the strength of the true one, in any
 direction; beside it runs the same start without that sample.

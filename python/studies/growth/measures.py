@@ -110,7 +110,7 @@ class OfAge(NamedTuple):
 
 
 def of_age(ages_s: Sequence[float], rows: int = 6000) -> Iterator[OfAge]:
-    """What a late field costs above one that comes in time: the filter goes back to it and forward again."""
+    """The extra time of a late field over one in time: the filter restores an earlier state and propagates again."""
     motion = Motion()
     in_time = _seconds_with(motion, 0, rows)
     for late_s in ages_s:

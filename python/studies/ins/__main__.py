@@ -35,9 +35,7 @@ def command(
     seed: Seed = 1,
     magnetometer: Annotated[
         bool,
-        typer.Option(
-            "--magnetometer", help="the same starts with a magnetometer that nobody has calibrated, beside those without"
-        ),
+        typer.Option("--magnetometer", help="the same starts with an uncalibrated magnetometer, beside those without"),
     ] = False,
     conditions: Annotated[
         str, typer.Option("--conditions", help=f"what the starts meet: any of {', '.join(CONDITIONS)}, separated by commas")
@@ -57,7 +55,7 @@ def command(
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", help="the recorded flight instead")] = None,
     hands: Annotated[Path | None, typer.Option(metavar="FOLDER", help="BROAD trials with optical positions instead")] = None,
 ) -> None:
-    """Simulates starts from any heading and tells when the heading was ready, and how often falsely."""
+    """Simulates starts from any heading and prints when the heading was ready, and how often falsely."""
     check_choices("--grade", [grade], INS_PRESETS)
     chosen = kinds.split(",")
     check_choices("--kinds", chosen, KINDS)
@@ -160,17 +158,17 @@ def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
 
 
 def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
-    """Three rows for each kind: before the heading is known, after it, and in the middle of the outage."""
+    """Three rows for each kind: before the heading is found, after it, and in the middle of the outage."""
     out = titled_table(f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2", "kind | rows")
     for name in ("heading", "tilt", "position"):
         for column in (f"{name}: filter", "smoother", "z2", "smoother"):
             out.add_column(column, justify="right", no_wrap=True)
     for kind in kinds:
-        told = hindsight.summary(list(hindsight.starts(kind, grade, runs, seed, workers)))
+        figures_of = hindsight.summary(list(hindsight.starts(kind, grade, runs, seed, workers)))
         for part, name in enumerate(("before it is known", "from then on", "middle of the outage")):
             cells = []
             for i, unit in enumerate(("deg", "deg", "m")):
-                before, after, z2, z2_after = (told[who, part, i + place] for place in (0, 3) for who in (0, 1))
+                before, after, z2, z2_after = (figures_of[who, part, i + place] for place in (0, 3) for who in (0, 1))
                 cells += [*(f"{value:.2g} {unit}" if np.isfinite(value) else "" for value in (before, after))]
                 cells += [*(f"{value:.2f}" if np.isfinite(value) else "" for value in (z2, z2_after))]
             out.add_row(kind if part == 0 else "", name, *cells)
@@ -179,7 +177,7 @@ def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers:
 
 def flight_table(flight: Flight) -> Table:
     """The figures of the starts in the air, and of one from the ground."""
-    told = (
+    caption = (
         f"from the ground, {JUDGED_S:g} s after take-off to the landing: {np.degrees(flight.from_the_ground()):.2f} deg; "
         f"the reference is stamped {flight.late_s:.2f} s late"
     )
@@ -188,7 +186,7 @@ def flight_table(flight: Flight) -> Table:
         title,
         "latency of the satellites",
         "rms median | rms worst | mean | ready | ready after: median | false",
-        caption=told,
+        caption=caption,
         caption_justify="left",
     )
     none: dict[str, object] = {"start_sigma_latency_s": 0.0}
@@ -204,7 +202,7 @@ def flight_table(flight: Flight) -> Table:
 
 
 def hands_table(folder: Path, workers: int) -> Table:
-    """A row for each way of telling the positions."""
+    """A row for each source of positions."""
     title = f"{LENGTH_S:g} s of a hand's motion each, consumer preset: the heading"
     out = titled_table(
         title,

@@ -36,8 +36,8 @@ def _as_it_is(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
 
 def _wrong_compass(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
     rows = slice(0, None, COMPASS_EVERY)
-    told = truth.heading_rad()[rows] + OFF_RAD
-    samples.aids.heading(samples.t_s[rows], told + COMPASS_SIGMA_RAD * rng.standard_normal(len(told)), COMPASS_SIGMA_RAD)
+    heading = truth.heading_rad()[rows] + OFF_RAD
+    samples.aids.heading(samples.t_s[rows], heading + COMPASS_SIGMA_RAD * rng.standard_normal(len(heading)), COMPASS_SIGMA_RAD)
     return samples
 
 

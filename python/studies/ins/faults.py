@@ -38,7 +38,7 @@ FLIGHT = "flight"
 GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}
 """In m and rad: an estimate is right again below these."""
 LIES = GOOD | {"velocity": 1.5}
-"""An error beyond this and beyond five sigmas, called ready, is a lie; in m, rad and m/s."""
+"""An error beyond this and beyond five sigmas counts as false while the filter is ready; in m, rad and m/s."""
 FLAGS = ("tilt", "heading", "velocity", "position")
 METRE = 1 / 6.37e6
 """Of latitude, in rad."""
@@ -82,7 +82,7 @@ class Outcome:
         return max(self.back_s.values()) <= RECOVERY_S
 
 
-# --------------------------------------------------------------------------------------------- what is spoilt
+# --------------------------------------------------------------------------------------------- faults
 
 
 def _aids(samples: Samples, hit: BoolArray, sensor: str, change: Callable[[Array, Array], Array]) -> Samples:
@@ -267,7 +267,7 @@ FAULTS = {
 }
 
 
-# --------------------------------------------------------------------------------------------- what becomes of it
+# --------------------------------------------------------------------------------------------- outcomes
 
 
 @dataclass(frozen=True)
@@ -280,7 +280,7 @@ class Drive:
     options: dict[str, object]
 
     def run(self, samples: Samples) -> InsRun:
-        """Raises HnavRuntimeError where the filter gives up."""
+        """Raises HnavRuntimeError where the filter fails."""
         ins = Ins(self.preset, solver="closed_form", **self.options)
         return ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, EVERY, check=False)
 
@@ -328,7 +328,7 @@ def _with_fault(kind: str, drive: Drive, name: str) -> Outcome:
     spoilt = fault.of(samples, (samples.t_s > begin) & (samples.t_s <= end), (valid > begin) & (valid <= end))
     try:
         return outcome(kind, name, drive.run(spoilt), drive.truth, begin, end)
-    except HnavRuntimeError:  # the filter gave up
+    except HnavRuntimeError:  # the filter raised an error
         never, always = dict.fromkeys(GOOD, np.inf), dict.fromkeys(LIES, 1.0)
         return Outcome(kind, name, never, np.inf, never, always, (1.0, 1.0, 1.0), 1.0)
 

@@ -26,7 +26,7 @@ PLACE = np.array([0.8, 0.2, 400.0])
 FIELD_STEP = 6
 """Samples of the inertial sensor for one of the magnetometer."""
 NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
-"""Room axes, z up, to north-east-down; where north is in the room is for us to say."""
+"""Room axes, z up, to north-east-down; the direction of north in the room is chosen."""
 
 
 @dataclass(frozen=True)
@@ -95,8 +95,8 @@ class Trial:
         seen = np.isfinite(velocity).all(1) & np.isfinite(position[fix]).all(1)
         fix, velocity = fix[seen], velocity[seen]
         velocity += rng.normal(0, fixes.sigma_m_s, velocity.shape)
-        told = earth.position_of(PLACE) + (position[fix] + rng.normal(0, fixes.sigma_m, velocity.shape)) @ earth.axes_at(PLACE).T
-        latitude, longitude, height = earth.place_of(told).T
+        fixed = earth.position_of(PLACE) + (position[fix] + rng.normal(0, fixes.sigma_m, velocity.shape)) @ earth.axes_at(PLACE).T
+        latitude, longitude, height = earth.place_of(fixed).T
         aids = hnav.Aids().velocity(t[fix], velocity, fixes.sigma_m_s)
         if fixes.with_field and self.field is not None:
             aids.mag(t[::FIELD_STEP], self.field[rows][::FIELD_STEP])

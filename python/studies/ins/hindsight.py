@@ -21,7 +21,7 @@ OUTAGE_S = (90.0, 120.0)
 LENGTH_S = 150.0
 EVERY = 10
 PARTS = ("before", "after", "middle")
-"""Rows before the filter knew the heading; from then on; the ten seconds in the middle of the outage."""
+"""Rows before the heading was found; rows from then on; the ten seconds in the middle of the outage."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def compared(kind: str, grade: str, seed: int) -> Compared:
     known = filtered.phase == PHASES.index("navigating")
     again = (smoothed.phase == PHASES.index("navigating")) & ~known
     middle = known & (np.abs(filtered.t_s - 0.5 * (begin + end)) < 5)
-    nothing = np.zeros_like(known)  # the filter does not know its heading before
+    nothing = np.zeros_like(known)  # the heading is not found before
     means = [
         [mean_squares(run, truth, rows) for rows in (before, known, middle)]
         for run, before in ((filtered, nothing), (smoothed, again))
@@ -81,5 +81,5 @@ def summary(of: Sequence[Compared]) -> Array:
     means[..., 3:] = np.minimum(means[..., 3:], 50)
     there = np.isfinite(means)
     mean = np.where(there, means, 0).sum(axis=0) / np.where(there.any(axis=0), there.sum(axis=0), np.nan)
-    told: Array = np.concatenate([np.sqrt(mean[..., :3]) * [180 / np.pi, 180 / np.pi, 1], mean[..., 3:]], axis=-1)
-    return told
+    figures: Array = np.concatenate([np.sqrt(mean[..., :3]) * [180 / np.pi, 180 / np.pi, 1], mean[..., 3:]], axis=-1)
+    return figures

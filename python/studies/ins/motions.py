@@ -116,7 +116,7 @@ def take_off(rng: np.random.Generator, t: Array) -> Motion:
 
 
 def quadrotor(rng: np.random.Generator, t: Array) -> Motion:
-    """Hovers in wind, moves slowly where it likes, and turns about its thrust at will."""
+    """Hovers in wind, moves slowly at random, and turns about its thrust at random."""
     n, white = len(t), RATE_HZ**0.5
     fastest, hovers = rng.uniform(0.5, 6), rng.choice([0.3, 0.6, 0.9])
     ways = [stairs(rng, t, lambda: (rng.random() > hovers) * rng.uniform(-fastest, fastest), (3, 10)) for _ in "ne"]

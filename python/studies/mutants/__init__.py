@@ -4,8 +4,8 @@
     ./run mutants --only hybrid/           those of one folder or file
 
 Sources of hybrid, attitude, maths and ins_error are copied to build/mutants, and every mutant is put behind a switch there:
-the environment variable HMUT holds the number of the one that is on. So all of them cost one build. What may be changed is found
-by a parser (tree-sitter); which of it is chosen hangs on a hash of the changed line, so that the choice stays as other lines
+the environment variable HMUT holds the number of the active mutant, so that all of them cost one build. A parser (tree-sitter)
+finds the places that can be changed. The choice depends on a hash of the changed line, so that it stays when other lines
 change. A first run of the tests without a mutant records which test reaches which mutant; only those are run with it.
 
 Mutants that are equivalent to the original are listed with the reason in equivalent.csv.

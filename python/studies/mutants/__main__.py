@@ -28,7 +28,7 @@ EQUIVALENT = Path(__file__).parent / "equivalent.csv"
 
 
 class Fate(NamedTuple):
-    """Of one mutant. by: what noticed it; empty: nothing."""
+    """The result of one mutant. by: the test that failed; empty if it survived."""
 
     mutant: Mutant
     by: str
@@ -85,7 +85,7 @@ def asked_for(mutants: list[Mutant], only: str) -> list[Mutant]:
 
 
 def tried(build: Build, mutants: list[Mutant]) -> list[Fate]:
-    """Each mutant with every test that comes to it, until one fails."""
+    """Runs each mutant with every test that reaches it, until one fails."""
     tests = [with_reach(build, test) for test in tracked(list(build.tests()), "what each test reaches")]
     return list(tracked(fates(build, tests, mutants), "mutants", len(mutants)))
 

@@ -1,4 +1,4 @@
-"""Observers of plants with events beside what is possible: particles that know the same of the plant, on the same samples."""
+"""Observers of plants with events beside particle filters with the same model and samples."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ def beside_kalman(plant: Plant | Path) -> tuple[float, ...]:
 
 
 def beside_samples(plan: Plan, t_s: float, truth: Array) -> tuple[float, ...]:
-    """Mean of h and sigmas of both after one sample that says nothing, beside those of many true states."""
+    """Mean of h and sigmas of both after one uninformative sample, beside those of many true states."""
     run = Observer(plan, start_mode="given").run([t_s], {"h": [0.0]})
     mean, sigma = truth.mean(axis=0), truth.std(axis=0)
     return float(run.x["h"][0] - mean[0]) / sigma[0], run.sigma["h"][0] / sigma[0], run.sigma["v"][0] / sigma[1]

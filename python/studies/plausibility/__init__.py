@@ -1,1 +1,1 @@
-"""Whether the checks of recordings speak when they should, and are silent when they should be: ./run study plausibility."""
+"""Rates of missed and false findings of the checks of recordings: ./run study plausibility."""

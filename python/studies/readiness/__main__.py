@@ -32,7 +32,7 @@ def command(
     ] = False,
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
-    """Simulates starts and tells how often a filter says `heading ready` while its attitude is wrong, and when."""
+    """Simulates starts and prints how often, and when, a filter reports `heading ready` while its attitude is wrong."""
     trials = experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error, place)
     done = list(tracked(trials, "starts", starts))
     title = (

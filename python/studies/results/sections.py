@@ -26,4 +26,4 @@ class Section(NamedTuple):
 
 
 _LISTED = tomllib.loads(Path(__file__).with_name("sections.toml").read_text(encoding="utf-8"))
-SECTIONS = {name: Section(**told) for name, told in _LISTED.items()}
+SECTIONS = {name: Section(**fields) for name, fields in _LISTED.items()}
