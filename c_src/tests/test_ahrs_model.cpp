@@ -901,8 +901,8 @@ void push(hnav_filter* f, const Turning& m, double t_s, bool with_mag) {
 
 TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
-    Turning motion; // about the vertical, where no horizon tells the bias
-    motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.5);
+    Turning motion; // about the vertical, which does not make the bias observable; faster than vehicles turn
+    motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.6);
     auto a = hnav_sized<hnav_attitude>();
     double sigma_10 = 0;
     for (int k = 0; k <= 12000; ++k) {

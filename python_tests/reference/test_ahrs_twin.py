@@ -176,3 +176,9 @@ def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed)
     """Stops and smooth bends, in which the field decides what is a rest."""
     twin, _ = assert_equal(islice(rows_of(motion(kind, seed)), 3000), body=body)
     assert twin.still_field.first.any()
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("car", 9), ("aircraft", 21), ("arm", 1)])
+def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed):
+    """Readiness of the tilt waits for what the velocities of a vehicle allow, for a rest, or for a turn that no vehicle makes."""
+    assert_equal(islice(rows_of(motion(kind, seed)), 3000))

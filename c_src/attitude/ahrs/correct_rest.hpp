@@ -9,7 +9,10 @@ namespace hnav {
 template <class R>
 bool AhrsModelOf<R>::is_at_rest(State& s, const Correction& c) const {
     constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
-    if (density_.lasting_density2 > 0 && !is_field_still(s)) return false;
+    if (density_.lasting_density2 > 0 && !is_field_still(s)) {
+        s.rest.still_s = 0;
+        return false;
+    }
     if (!s.rest.at_rest(options_)) return false;
     s.rest.note_wander(s.x[13]);
     const Vector3R from_bias = Vector3R(s.rest.mean_rate) - Vector3R(s.bias);
@@ -23,9 +26,18 @@ bool AhrsModelOf<R>::is_field_still(State& s) const {
     if (!(s.rest.still_s > s.x[13])) s.still_field.still_s = 0;
     if (!(s.rest.still_s > 0 && s.field_count > 0)) return true;
     const Vector3R field_b = rotation_matrix<R>(QuaternionR(s.x)).transpose() * Vector3R(s.field_sum) / s.field_count;
-    if (s.still_field.note(field_b, s.field_s)) return true;
-    s.rest.still_s = 0;
-    return false;
+    return s.still_field.note(field_b, s.field_s);
+}
+
+// A rest of an unknown body ends the variance of a vehicle when the field has been constant in body axes for longer than a bend would allow.
+template <class R>
+void AhrsModelOf<R>::note_vehicle(State& s, bool rests) const {
+    constexpr R bend_s = 2;
+    if (!is_field_still(s)) s.still_field.still_s = 0;
+    if (rests && (s.still_field.still_s > bend_s || s.used[mag] == 0)) s.vehicle_tilt.tilt2 = 0;
+    if (!(s.vehicle_tilt.tilt2 > 0)) return;
+    const R turn2 = density_.gyro_psd * s.x[13] + density_.gyro_rate_psd * s.rate_power;
+    s.vehicle_tilt.note(s.rate_power, turn2, R(gravity_m_s2), s.x[13]);
 }
 
 // A vehicle at constant velocity is as quiet as one at rest. The velocity state is therefore relative to that at the begin of the rest.

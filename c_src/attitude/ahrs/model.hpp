@@ -150,7 +150,9 @@ private:
     }
 
     bool tilt_ready(const State& s) const {
-        return tilt_converged(s, s.tilt_excess.variance) && !s.lasting.may_accelerate(R(gravity_m_s2));
+        return tilt_converged(s, s.tilt_excess.variance) &&
+               s.vehicle_tilt.tilt2 < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
+               !s.lasting.may_accelerate(R(gravity_m_s2));
     }
     // added: variance in addition to that of P, rad^2
     bool tilt_converged(const State& s, R added) const {
@@ -252,6 +254,7 @@ private:
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const; // correct_velocity.hpp
     bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp
     bool is_field_still(State& s) const;
+    void note_vehicle(State& s, bool rests) const;
     void begin_rest(State& s, Correction& c) const;
     void correct_rest(State& s, Correction& c) const;
 

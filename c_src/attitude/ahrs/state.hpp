@@ -9,6 +9,7 @@
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/ahrs/still_field.hpp"
 #include "attitude/ahrs/tilt_excess.hpp"
+#include "attitude/ahrs/vehicle_tilt.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
 #include "estimation/readiness.hpp"
@@ -111,7 +112,7 @@ struct AhrsState {
     std::uint64_t lost, times_lost; // the attitude is to be found again
     std::uint64_t gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired;
-    StillField<R> still_field; // of a given body
+    StillField<R> still_field;
     R rests; // 1: the last correction was at rest
     std::uint64_t verdict; // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
@@ -131,6 +132,7 @@ struct AhrsState {
     RestDetector<R> rest;
     MotionNoise<R> motion;
     LastingMotion<R> lasting;
+    VehicleTilt<R> vehicle_tilt; // of an unknown body, for readiness only
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing

@@ -34,6 +34,7 @@ from hnav.reference.ahrs_parts import (
     SampleTimes,
     StillField,
     TiltExcess,
+    VehicleTilt,
     about_down,
     azimuth,
     exp,
@@ -96,7 +97,7 @@ class AhrsReference:
     def begin_motion(self) -> None:
         """Nothing is known of how the body moves."""
         self.motion = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz)
-        self.tilt_excess = TiltExcess()
+        self.tilt_excess, self.vehicle_tilt = TiltExcess(), VehicleTilt(self.o.body == "any")
         self.lasting = LastingMotion((self.o.velocity_noise_m_s_per_sqrt_hz / 1.1) ** 2)
 
     def first_covariance(self, sigma_heading: float) -> Array:
@@ -335,6 +336,8 @@ class AhrsReference:
                 self.correct_by_field()
             if heading is not None:
                 self.correct_by_heading(*heading)
+        if self.vehicle_tilt.P[0, 0] > 0:
+            self.note_vehicle(rests)
         self.rested = rests
         self.apply(self.error)
         self.lasting.turn(self.velocity, self.error[15], self.error[16])
@@ -424,6 +427,16 @@ class AhrsReference:
         if not (self.rest.still_s > 0 and self.fields > 0):
             return True
         return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.field_s)
+
+    def note_vehicle(self, rests: bool) -> None:
+        """A rest ends the variance of a vehicle when the field has been constant in body axes for 2 s."""
+        if not self.is_field_still():
+            self.still_field.still_s = 0.0
+        if rests and (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
+            self.vehicle_tilt.P[:] = 0
+            return
+        turn2 = self.o.gyro_noise_rad_per_sqrt_s**2 * self.window_s + self.o.gyro_rate_noise_sqrt_s**2 * self.rate_power
+        self.vehicle_tilt.note(self.rate_power, turn2, self.window_s)
 
     def begin_rest(self) -> None:
         """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
@@ -684,8 +697,9 @@ class AhrsReference:
         return min(ANY_HEADING, variance)
 
     def tilt_ready(self) -> bool:
-        """A small sigma with as much information from samples, of a body that does not accelerate for long."""
-        return self.tilt_converged(self.tilt_excess.variance) and not self.lasting.may_accelerate()
+        """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
+        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.P[0, 0] < self.o.ready_tilt_rad**2
+        return bool(small) and not self.lasting.may_accelerate()
 
     def tilt_converged(self, added: float) -> bool:
         """added: variance beside that of P, rad^2."""

@@ -308,6 +308,23 @@ class TiltExcess:
         self.variance = max(kept * self.variance, float(self.corrected @ self.corrected) / 2 - self.expected)
 
 
+class VehicleTilt:
+    """Variance of the tilt of one axis if the body were a vehicle, for readiness only; 0 after a rest, or when it turned faster."""
+
+    def __init__(self, vehicle: bool) -> None:
+        self.P, self.rate2 = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle, 0.0
+
+    def note(self, turned2: float, turn2: float, T: float) -> None:
+        """turned2: integral of the squared rate over T; turn2: variance of the rotation by noise."""
+        self.rate2 += (turned2 - self.rate2 * T) / (2 + T)
+        if self.rate2 > 0.5**2:
+            self.P[:] = 0
+            return
+        flow = np.array([[1.0, 0.0], [G_M_S2 * T, 1.0]])
+        P = flow @ self.P @ flow.T + np.diag([turn2, 0.0])
+        self.P = P - np.outer(P[1], P[1]) / (P[1, 1] + 2 * 12**2 * 10 / T)
+
+
 class MagneticReference:
     """Choice of the reference field: a gate on the two intensities, and evidence for and against the reference, in seconds."""
 
