@@ -56,11 +56,18 @@ class Tuned:
     """By sensor: the largest correlation of an innovation with one of the next LAGS, 0 where chance explains it."""
     mean_nis: dict[str, float]
     """By sensor, of all innovations with the noises found; 1 where their size is as stated."""
-    ahead_nis: dict[str, float]
-    """By sensor: mean NIS of predictions over AHEAD samples, without the intervals that findings reports. Far from 1: the model is
-    wrong, not its noise."""
-    predictions: dict[str, int]
-    """By sensor: number of these predictions."""
+    predicted_nis: dict[str, Array]
+    """By sensor: NIS of predictions over AHEAD samples, without the intervals that findings reports."""
+
+    @property
+    def ahead_nis(self) -> dict[str, float]:
+        """By sensor: the mean of predicted_nis, NaN where there is none. Far from 1: the model is wrong, not its noise."""
+        return {name: float(nis.mean()) if len(nis) else math.nan for name, nis in self.predicted_nis.items()}
+
+    @property
+    def predictions(self) -> dict[str, int]:
+        """By sensor: number of these predictions."""
+        return {name: len(nis) for name, nis in self.predicted_nis.items()}
 
 
 def tune(
@@ -108,10 +115,8 @@ def tune(
     correlation = {name: _correlation(run.innovation[name], run.nis[name]) for name in run.nis}
     mean_nis = {name: float(np.nanmean(nis)) if np.isfinite(nis).any() else math.nan for name, nis in run.nis.items()}
     predicted = _ahead(tuned, t_s, seen, inputs, options)
-    ahead = {name: float(nis.mean()) if len(nis) else math.nan for name, nis in predicted.items()}
-    predictions = {name: len(nis) for name, nis in predicted.items()}
     likelihoods = _likelihood(first), _likelihood(run)
-    return Tuned(tuned, factors, found, likelihoods, undetermined, correlation, mean_nis, ahead, predictions)
+    return Tuned(tuned, factors, found, likelihoods, undetermined, correlation, mean_nis, predicted)
 
 
 def _run(
