@@ -57,9 +57,11 @@ public:
         const Half half[] = {half_of(0), half_of(1), half_of(2)};
         Matrix3R C;
         HNAV_UNROLL
-        for (int k = 0; k < 3; ++k) HNAV_UNROLL
-        for (int i = 0; i <= k; ++i)
-            C(i, k) = C(k, i) = times(i, half[k]) + times(k, half[i]) + P_[packed(rotation + i, rotation + k)];
+        for (int k = 0; k < 3; ++k) {
+            HNAV_UNROLL
+            for (int i = 0; i <= k; ++i)
+                C(i, k) = C(k, i) = times(i, half[k]) + times(k, half[i]) + P_[packed(rotation + i, rotation + k)];
+        }
         return C;
     }
 
