@@ -1,4 +1,4 @@
-"""The results: what a command prints becomes JSON tables, and the page quotes only figures of these tables."""
+"""The results: what a command prints becomes JSON and back a table, and the page quotes only what stands there."""
 
 import json
 import re
@@ -7,7 +7,7 @@ import pytest
 
 from checkout import TOP
 from studies.results import __main__ as results
-from studies.results.tables import json_text, read_printed
+from studies.results.tables import json_text, markdown, read_printed
 
 PAGE = TOP / "docs" / "results.md"
 FILES = sorted((TOP / "docs" / "results").glob("*.json"))
@@ -44,6 +44,8 @@ def test_a_result_is_whole(file):
     assert json_text(result) == file.read_text()
     tables = [item for item in result["printed"] if isinstance(item, dict)]
     assert all(len(row) == len(table["columns"] or row) for table in tables for row in table["rows"])
+    page = re.sub(r"\\(.)", r"\1", markdown(result))
+    assert [cell for table in tables for row in table["rows"] for cell in row if cell not in page] == []
 
 
 def test_a_measurement_writes_its_own_file_alone(tmp_path, monkeypatch):

@@ -70,3 +70,27 @@ def json_text(result: Mapping[str, Any]) -> str:
 
     text = json.dumps(mark(result), ensure_ascii=False, indent=1)
     return re.sub(r'"@\d+@"', lambda found: packed[found.group()], text) + "\n"
+
+
+def markdown(result: Mapping[str, Any]) -> str:
+    """The page about a result."""
+    parts = [f"# {result['title']}", result["says"], *(f"    ./run {command}" for command in result["commands"])]
+    parts += [f"*{result['when']}*"] if result["when"] else []
+    parts += result.get("notes", [])
+    for item in result["printed"]:
+        if isinstance(item, str):
+            parts.append(_escaped(item))
+        else:
+            parts += [f"**{_escaped(item['title'])}**"] if item["title"] else []
+            parts.append(_markdown_table(item["columns"], item["rows"]))
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _markdown_table(columns: list[str], rows: list[list[str]]) -> str:
+    head = columns or [""] * len(rows[0])
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(_escaped(cell) for cell in line)} |" for line in lines)
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([|*_<])", r"\\\1", text) if not text.startswith("---") else text
