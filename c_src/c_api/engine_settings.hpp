@@ -31,13 +31,16 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
 // first use. Chosen: a gibibyte, a quarter of the memory of small machines.
 constexpr double max_filter_bytes = 1 << 30;
 
+// The queue_capacity that fits into `left` when `capacity` places take `bytes`; a hundredth is kept for what does not grow with them.
+inline double capacity_that_fits(int capacity, double bytes, double left) { return std::floor(0.99 * capacity * left / bytes); }
+
 template <class Model>
 hnav_status check_memory(const CallersMessage& caller, const Model& model, const typename Filter<Model>::Settings& settings,
                          int queue_capacity) {
     const auto bytes = static_cast<double>(Filter<Model>::bytes(model, settings));
     if (bytes <= max_filter_bytes) return HNAV_OK;
     return caller.fail(HNAV_ERROR_OPTION, "queue_capacity = %d takes %.1f GiB: a filter may take 1 GiB, which holds %.0f",
-                       queue_capacity, bytes / max_filter_bytes, std::floor(0.99 * queue_capacity * max_filter_bytes / bytes));
+                       queue_capacity, bytes / max_filter_bytes, capacity_that_fits(queue_capacity, bytes, max_filter_bytes));
 }
 
 } // namespace hnav

@@ -76,7 +76,7 @@ hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& m
     const double left = hnav::max_filter_bytes - fixed;
     if (queue <= left) return HNAV_OK;
     const int capacity = o.options.queue_capacity;
-    const double holds = std::floor(0.99 * capacity * left / queue);
+    const double holds = hnav::capacity_that_fits(capacity, queue, left);
     char remedy[64] = "";
     if (holds >= 2) std::snprintf(remedy, sizeof remedy, "take queue_capacity = %.0f, ", holds);
     return caller.fail(HNAV_ERROR_OPTION,

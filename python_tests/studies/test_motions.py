@@ -64,6 +64,18 @@ def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain
     assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
 
 
+@pytest.mark.parametrize("kind, seed", [("car", 21), ("boat", 1), ("arm", 1)])
+def test_the_tilt_of_an_unknown_body_is_ready_no_sooner_than_that_of_a_hand_and_estimates_are_the_same(kind, seed):
+    recording = motion(kind, seed)
+    unknown, hand = (own_contender(f"ahrs:solver=closed_form{w}").estimate(recording, RATE_HZ) for w in ("", ":body=hand"))
+    np.testing.assert_array_equal(unknown.q_nb, hand.q_nb)
+    np.testing.assert_array_equal(unknown.sigma_rad, hand.sigma_rad)
+    np.testing.assert_array_equal(unknown.ready[:, 1], hand.ready[:, 1])
+    assert not (unknown.ready[:, 0] & ~hand.ready[:, 0]).any()
+    later = (hand.ready[:, 0] & ~unknown.ready[:, 0]).any()
+    assert later == (kind != "arm")  # an arm turns faster than vehicles do
+
+
 @pytest.mark.parametrize("arguments, named", [
     (["--sets", "BROAD"], "BROAD_DIR"), (["--sets", "MOTION", "--seeds", "7-0"], "--seeds 7-0"),
 ])  # fmt: skip

@@ -9,7 +9,7 @@ namespace hnav {
 template <class R>
 bool AhrsModelOf<R>::is_at_rest(State& s, const Correction& c) const {
     constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
-    if (density_.lasting_density2 > 0 && !is_field_still(s)) {
+    if (is_given_to_travel() && !is_field_still(s)) {
         s.rest.still_s = 0;
         return false;
     }

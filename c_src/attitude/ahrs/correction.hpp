@@ -21,7 +21,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
         find_attitude(s, c);
     } else if (s.force_s > 0) {
         note_motion(s, c);
-        if (density_.lasting_density2 > 0 && rests && !(s.rests > 0)) begin_rest(s, c);
+        if (is_given_to_travel() && rests && !(s.rests > 0)) begin_rest(s, c);
         if (!level_again(s, c)) correct_velocity(s, c, event.t_s, rests);
     }
     if (!s.lost) {
@@ -69,7 +69,7 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && !(density_.lasting_density2 > 0) && !tilt_converged(s, 0))
+    if (robust_.mode != GammaMode::off && !is_given_to_travel() && !tilt_converged(s, 0))
         inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;

@@ -252,6 +252,8 @@ private:
     static void keep(State& s, Correction& c);
 
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const; // correct_velocity.hpp
+    // A body is given whose velocities last: vehicles and walkers (body.hpp).
+    bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp
     bool is_field_still(State& s) const;
     void note_vehicle(State& s, bool rests) const;

@@ -5,6 +5,8 @@
 // has turned faster than vehicles do. No gain and no output variance depends on it.
 #pragma once
 
+#include "attitude/ahrs/body.hpp"
+
 namespace hnav {
 
 // Part of a filter's state: numbers of one kind only.
@@ -20,7 +22,7 @@ struct VehicleTilt {
     // Over T seconds. turned2: integral of the squared rate, rad^2/s; turn2: variance of the rotation by gyro noise, rad^2; g: gravity.
     void note(R turned2, R turn2, R g, R T) {
         constexpr R memory_s = 2, fastest2 = R(0.5) * R(0.5); // (rad/s)^2: vehicles turn slower, hands and feet faster; chosen
-        constexpr R density2 = 2 * 12 * 12 * 10; // (m/s)^2/Hz, of a car: body.hpp
+        constexpr R density2 = lasting_density2_of<R>(HNAV_BODY_CAR);
         rate2 += (turned2 - rate2 * T) / (memory_s + T);
         if (rate2 > fastest2) {
             tilt2 = 0;

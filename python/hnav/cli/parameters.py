@@ -41,7 +41,7 @@ Body = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help=f"What the sensor is on: {', '.join(BODIES)}; default: any, nothing is assumed",
+        help=f"Kind of body: {', '.join(BODIES)}; default: any, nothing is assumed",
         autocompletion=among(*BODIES),
     ),
 ]

@@ -12,7 +12,7 @@ from hnav.errors import HnavValueError
 from hnav.filters.ins_aids import AIDS, WIDTHS, Aids
 from hnav.filters.ins_answers import InsRun, InsSamples
 from hnav.filters.observability import RunObservability, Windows, run_observability
-from hnav.filters.options import Options
+from hnav.filters.options import CAR_ACROSS_M_S, Options
 from hnav.filters.run_windows import ANGLES, G_M_S2, UNKNOWN_HEADING_RAD, UNKNOWN_TILT_RAD, RowWindows, cross
 from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
@@ -151,7 +151,7 @@ def _information(motion: Motion, run: InsRun, aids: Aids, options: Options, sigm
     still = rows.summed(run.at_rest[rows.rows] * rows.steps_s)
     for window in np.flatnonzero(still > 0).tolist():
         add("rest", window, *_rest(motion, window, still[window], options))
-    across_m_s = options.car_across_m_s or (0.1 if options.body == "car" else 0.0)
+    across_m_s = options.car_across_m_s or (CAR_ACROSS_M_S if options.body == "car" else 0.0)
     if across_m_s > 0:
         for window in range(m):
             add("car", window, _along(motion, window)[1:], np.full(2, across_m_s**2))

@@ -322,7 +322,7 @@ class VehicleTilt:
             return
         flow = np.array([[1.0, 0.0], [G_M_S2 * T, 1.0]])
         P = flow @ self.P @ flow.T + np.diag([turn2, 0.0])
-        self.P = P - np.outer(P[1], P[1]) / (P[1, 1] + 2 * 12**2 * 10 / T)
+        self.P = P - np.outer(P[1], P[1]) / (P[1, 1] + LASTING_DENSITY2["car"] / T)
 
 
 class MagneticReference:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from hnav.filters.options import INS_PRESETS, Options
+from hnav.filters.options import CAR_ACROSS_M_S, INS_PRESETS, Options
 from hnav.io.sensors import DEG
 from hnav.systems.system_files import NOMINAL, Definition, Values
 from hnav.units import G_M_S2
@@ -102,7 +102,7 @@ def _drive(
         "vehicle.motion.heading_rad": heading_deg * DEG,
         "vehicle.motion.heading_unknown_rad": unknown_deg * DEG,
         "wheel_sensor.wheel.dropout": 0.0 if on_wheels else 1.0,
-        "ins.aiding.car_across_m_s": 0.1 if on_wheels else 0.0,
+        "ins.aiding.car_across_m_s": CAR_ACROSS_M_S if on_wheels else 0.0,
     }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.library import SENSORS
 from studies.ins.vehicles import Samples, Truth, fixes
 
@@ -16,7 +17,7 @@ COMPASS_EVERY = 10
 """Samples of the inertial sensor for one of the compass, and of the wheels."""
 FIRST_S, FIRST_OFF_M = 7.0, 300.0
 """From switching on: the filter takes its first position after 5 s of levelling."""
-WHEELS_M_S, WHEELS_SCALE, ACROSS_M_S = 0.1, 0.01, 0.1
+WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01
 
 Change = Callable[[Samples, Truth, np.random.Generator], Samples]
 
@@ -63,5 +64,5 @@ CONDITIONS = {
     "usual": Condition("", _as_it_is),
     "compass": Condition("compass 170 deg off", _wrong_compass),
     "first_fixes": Condition("first positions 300 m off for 2 s", _wrong_first_fixes),
-    "wheels": Condition("wheels", _wheels, {"car_across_m_s": ACROSS_M_S}),
+    "wheels": Condition("wheels", _wheels, {"car_across_m_s": CAR_ACROSS_M_S}),
 }

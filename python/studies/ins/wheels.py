@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Ins
+from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.arrays import Array
 from hnav.reference import earth
 from studies.ins.vehicles import Samples, Truth, fixes, starts_of, vehicle
@@ -23,7 +24,6 @@ LENGTH_S = 270.0
 STEP = 10
 """Samples of the inertial sensor for one of the speed."""
 SIGMA_M_S, SCALE = 0.1, 0.02
-ACROSS_M_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,9 @@ def drive(name: str, grade: str, seed: int) -> list[Outage]:
     if car is not None:
         speed, rate, force = sensed(car, samples, truth, np.random.default_rng(seed))
         aids.speed(samples.t_s[::STEP], speed, SIGMA_M_S)
-    run = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else ACROSS_M_S).run(samples.t_s, rate, force, aids)
+    run = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else CAR_ACROSS_M_S).run(
+        samples.t_s, rate, force, aids
+    )
     ends = np.searchsorted(samples.t_s, [begin + length for begin, length in begins]) - 1
     off = earth.position_of(run.place[ends]) - truth.position_e[ends]
     off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place[ends]), off)[:, :2]
