@@ -77,7 +77,7 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
     if (m.channel != ins::rest) s.fit(m.channel).note(i.value, i.variance, m.rows, c.scale > 1, jumped, event.t_s);
     // A single outlier is handled by the gate and does not change the mean NIS.
     if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
-    note_strain(s, m.channel, c.nis / m.rows, event.t_s);
+    note_strain(s, m.channel, c.nis / m.rows, c.scale > 1, event.t_s);
 }
 
 void Model::note_gain(State& s, int channel, const Spread& before, const Spread& after) {
@@ -108,6 +108,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         P = prior;
         return;
     }
+    if (is_absolute(m)) note_steps(s, m, c);
     if (is_free(s)) take_free(s, prior, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
@@ -123,10 +124,6 @@ void Model::widen(Covariance& P, int row, double variance) const {
 
 // Age up to which a fix is used by the monitors: three periods of a usual receiver.
 constexpr double fix_age_s = 3;
-
-// Factor on the limits of monitors before the heading is found, because the linearisation is coarse. Chosen: with a smaller value the
-// monitor of bias steps delays the starts of ships.
-constexpr double coarse = 2;
 
 // Velocities are preferred for consistency tests: they observe tilt, heading and biases, while positions have a slow error of their own.
 bool Model::judges_velocity(const State& s, double now_s) {
@@ -160,8 +157,7 @@ double Model::misfit(const State& s, double now_s) const {
 void Model::inflate_inconsistent(State& s, Covariance& P, double now_s) const {
     constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30,
                      late = 1; // largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s
-    // Evaluated once for each fix, at the event after it.
-    if (s.phase != Phase::navigating || std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) < s.last_correction_s) return;
+    if (s.phase != Phase::navigating || !has_judged(s)) return;
     const double factor = misfit(s, now_s);
     if (!(factor > 1)) return;
     const auto widen_to = [&](int row, int count, double most) {
@@ -288,10 +284,10 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
 
 // The state is wrong, however small its sigmas, if the NIS of velocities stays large, or that of positions where there are no
 // velocities.
-void Model::note_strain(State& s, int channel, double nis, double now_s) {
+void Model::note_strain(State& s, int channel, double nis, bool refused, double now_s) {
     constexpr double small = 4, largest = 10;
     const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
-    if ((channel == position && has_velocity) || is_contradicted(s, channel, now_s)) return;
+    if ((channel == position && has_velocity) || (refused && is_contradicted(s, channel, now_s))) return;
     s.strain += (std::fmin(nis, largest) - s.strain) / 20;
     if (!(s.strain > small)) s.strained_since_s = nan;
     else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
@@ -366,31 +362,6 @@ void Model::turn_biases(State& s, Covariance& P) {
     vec(s.turned_b).setZero();
 }
 
-Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P) {
-    AlmostConstant of{};
-    for (int i = 0; i < biases; ++i) {
-        of.mean[i] = (i < 3 ? s.gyro_bias[i] : s.accel_bias[i - 3]) + s.mean[row_gyro + i];
-        of.variance[i] = P[row_gyro + i][row_gyro + i];
-    }
-    return of;
-}
-
-// Widens biases that step, or that exceed their priors (estimation/constancy.hpp).
-void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
-    constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // largest steps of usual faults: chosen
-    constexpr double sigmas = 4; // chosen: 6e-5 by chance
-    const double limit = is_free(s) ? coarse * sigmas : sigmas;
-    const AlmostConstant now = almost_constant(s, P);
-    for (int i = 0; i < biases; ++i) {
-        // A wrong heading moves the estimated gyro bias by at most the Earth rate, which is not counted as a step.
-        const double smallest = i < 3 ? earth::rate_rad_s : 0, largest = i < 3 ? gyro_rad_s : accel_m_s2,
-                     variance = now.variance[i];
-        s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
-        const double more = s.steady[i].excess(variance, smallest, largest, limit);
-        if (more > 0) widen(P, row_gyro + i, more);
-    }
-}
-
 // Records the time since which the sigma of the heading has been below its limit.
 void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
     const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
@@ -422,10 +393,8 @@ void Model::correct(State& s, const Event& event) const {
     vec(s.in_t.colour) = Vector3(vec(s.in_t.colour).cwiseProduct(vec(colour.kept)));
     admit_learnt_noise(s, P);
     admit_drift(s, P);
+    admit_steps(s, P, event.t_s);
     inflate_inconsistent(s, P, event.t_s);
-    const AlmostConstant before = almost_constant(s, P);
-    const Phase phase = s.phase;
-    const double since_s = event.t_s - s.last_correction_s;
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);
@@ -436,7 +405,6 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);
     if (sees_field) correct_field(s, P, event);
-    if (s.phase == phase) admit_steps(s, P, before, since_s);
     turn_biases(s, P);
     if (!is_free(s)) move_anchor(s, P);
     s.last_correction_s = event.t_s;

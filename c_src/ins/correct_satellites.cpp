@@ -31,12 +31,12 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     }
     Measurement m{velocity};
     m.rows = std::isnan(value[2]) ? 2 : 3;
-    // North and east at the receiver's place.
+    // North and east at the estimated place, because the position of the fix may be wrong.
     const Matrix3 T = mat(s.axes);
     const double* fix = event.value[position];
     Matrix3 N = mat(s.fix_axes);
-    if (event.has(position)) N = earth::axes_at({fix[0], fix[1], fix[2]});
-    else if (!free) N = earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    if (!free) N = earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    else if (event.has(position)) N = earth::axes_at({fix[0], fix[1], fix[2]});
     Vector3 z = vec(value);
     if (m.rows == 2) z[2] = 0;
     z = T.transpose() * (N * z);
@@ -64,7 +64,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     const double* value = event.value[position];
     const bool free = is_free(s);
     constexpr double lost2 = 0.35 * 0.35;
-    bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_);
+    bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_) && !is_elsewhere(s, event);
     if (free && position_jumped(s, event)) {
         ++s.inflated[position];
         note_refusal(s, position, true, event.t_s);

@@ -127,16 +127,19 @@ Transition transition(const State& s) {
 template <int n>
 void carry(const Transition& t, Covariance& P, double* mean) {
     alignas(16) double rows[moved][row_length] = {};
+    alignas(16) double response[moved][responses] = {};
     double turned[moved] = {};
     for (int i = 0; i < moved; ++i)
         for (int k = 0; k < movers; ++k) {
             const double m = t.M[i][k];
             if (m == 0) continue;
             for (int j = 0; j < n; ++j) rows[i][j] += m * P[k][j];
+            for (int j = 0; j < responses; ++j) response[i][j] += m * P.response[k][j];
             turned[i] += m * mean[k];
         }
     for (int i = 0; i < moved; ++i) {
         mean[i] = turned[i];
+        std::copy_n(response[i], responses, P.response[i]);
         for (int j = moved; j < n; ++j) P[i][j] = P[j][i] = rows[i][j];
         for (int j = 0; j < moved; ++j) {
             double sum = 0;
@@ -149,6 +152,7 @@ void carry(const Transition& t, Covariance& P, double* mean) {
 // A Gauss-Markov error keeps `share` of itself.
 void decay(Covariance& P, double* mean, int row, double share) {
     P.scale(row, share);
+    for (double& b : P.response[row]) b *= share;
     mean[row] *= share;
 }
 

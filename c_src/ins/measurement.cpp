@@ -10,7 +10,7 @@ namespace {
 
 template <int m, int n>
 struct Projected {
-    alignas(16) double PHt[m][row_length] = {};
+    alignas(16) double PHt[m][row_length] = {}, HB[m][responses] = {};
     Square<m> known; // H P H'
     Eigen::Matrix<double, m, 1> r;
 
@@ -19,6 +19,7 @@ struct Projected {
             for (int i = 0; i < n; ++i) {
                 if (given.H[k][i] == 0) continue;
                 for (int j = 0; j < n; ++j) PHt[k][j] += given.H[k][i] * P[i][j];
+                for (int j = 0; j < responses; ++j) HB[k][j] += given.H[k][i] * P.response[i][j];
             }
         for (int k = 0; k < m; ++k) {
             r[k] = given.r[k] - dot(given.H[k], mean);
@@ -34,18 +35,29 @@ struct Projected {
     }
 
     // P <- P - PHt S^-1 PHt', error = PHt S^-1 r
-    void update(const Cholesky<m>& S, Covariance& P, double* error) const {
+    void update(const Cholesky<m>& S, Covariance& P, Correction& c) const {
         Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
         symmetrise<m>(inverse);
+        if (m == 3) note_steps(inverse, c);
         for (int k = 0; k < m; ++k) {
             alignas(16) double gain[row_length] = {};
             for (int l = 0; l < m; ++l)
                 for (int i = 0; i < n; ++i) gain[i] += inverse(k, l) * PHt[l][i];
             for (int i = 0; i < n; ++i) {
-                error[i] += gain[i] * r[k];
+                c.error[i] += gain[i] * r[k];
                 if (gain[i] == 0) continue;
                 for (int j = 0; j < n; ++j) P[i][j] -= gain[i] * PHt[k][j];
+                for (int j = 0; j < responses; ++j) P.response[i][j] -= gain[i] * HB[k][j];
             }
+        }
+    }
+
+    void note_steps(const Square<m>& inverse, Correction& c) const {
+        const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(HB[0]);
+        for (int w = 0; w < step_windows; ++w) {
+            const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step), weighted = inverse * one;
+            Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose() * weighted;
+            Eigen::Map<Eigen::Matrix<double, may_step, 1>>(c.steps[w].sum) = weighted.transpose() * r;
         }
     }
 };
@@ -66,17 +78,23 @@ Correction correct(Covariance& P, const double* mean, const Measurement& given, 
     const double over = given.gated ? beyond_gate(result.nis, gate_nis) : 1;
     result.scale = over * over; // redescending
     if (over > 1) S = total(over, result.scale);
-    of.update(S, P, result.error);
+    of.update(S, P, result);
     return result;
 }
 
 } // namespace
 
 void turn_rows(Covariance& P, int row, const Matrix3& C) {
-    for (int j = 0; j < P.n; ++j) {
-        const Vector3 column = C * Vector3(P[row][j], P[row + 1][j], P[row + 2][j]);
-        for (int i = 0; i < 3; ++i) P[row + i][j] = column[i];
-    }
+    const auto turn_columns = [&C](int count, double* a, double* b, double* c) {
+        for (int j = 0; j < count; ++j) {
+            const Vector3 column = C * Vector3(a[j], b[j], c[j]);
+            a[j] = column[0];
+            b[j] = column[1];
+            c[j] = column[2];
+        }
+    };
+    turn_columns(P.n, P[row], P[row + 1], P[row + 2]);
+    turn_columns(responses, P.response[row], P.response[row + 1], P.response[row + 2]);
     for (int j = 0; j < P.n; ++j) {
         const Vector3 line = C * vec(P[j] + row);
         vec(P[j] + row) = line;

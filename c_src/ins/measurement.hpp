@@ -3,6 +3,7 @@
 
 #include "ins/state.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -20,7 +21,7 @@ auto with_rows(int n, F f) {
 // The whole symmetric matrix; its first n rows are used. Plain loops over it compile quickly and are as fast as matrix products of
 // fixed size.
 struct Covariance {
-    alignas(16) double P[errors][row_length];
+    alignas(16) double P[errors][row_length], response[errors][responses];
     int n;
 
     static Covariance of(const State& s) {
@@ -31,6 +32,7 @@ struct Covariance {
             for (int j = 0; j < rows; ++j)
                 for (int i = 0; i <= j; ++i) c.P[i][j] = c.P[j][i] = *upper++;
         });
+        std::copy_n(s.response, errors * responses, c.response[0]);
         return c;
     }
     void keep(State& s) const {
@@ -40,6 +42,7 @@ struct Covariance {
                 for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
             }
         });
+        std::copy_n(response[0], errors * responses, s.response);
         ++s.seldom_changes;
     }
     // Adds rows of zero variance.
@@ -62,6 +65,7 @@ struct Covariance {
     }
     void forget(int row) {
         for (int j = 0; j < n; ++j) P[row][j] = P[j][row] = 0;
+        std::fill_n(response[row], responses, 0.0);
     }
 };
 
@@ -87,6 +91,7 @@ struct Correction {
     double nis, scale;
     bool sound;
     double error[errors];
+    StepEvidence<may_step> steps[step_windows]; // of three rows
 };
 
 // mean: of the error before the correction. The gate inflates the noise of a sample beyond it, so that its influence decreases

@@ -81,7 +81,7 @@ public:
     static constexpr int nx = ins::nx;
     using Event = ins::Event;
     using State = ins::State;
-    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = sizeof State::P;
+    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = offsetof(State, seldom_changes) - offsetof(State, P);
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
 
     Model() = default;
@@ -223,16 +223,16 @@ private:
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
     static void turn_biases(State& s, Covariance& P);
-    struct AlmostConstant {
-        double mean[biases], variance[biases];
-    };
-    static AlmostConstant almost_constant(const State& s, const Covariance& P);
-    void admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const;
     static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
-    static void note_strain(State& s, int channel, double nis, double now_s);
+    static void note_strain(State& s, int channel, double nis, bool refused, double now_s);
     void restart_if_wrong(State& s, double now_s) const;
     void restart(State& s, double now_s) const;
     bool is_sound(const State& s, const Covariance& P) const;
+
+    // steps.cpp
+    static void begin_steps(State& s, Covariance& P, int window, double now_s);
+    static void note_steps(State& s, const Measurement& m, const Correction& c);
+    void admit_steps(State& s, Covariance& P, double now_s) const;
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;
@@ -285,6 +285,11 @@ inline bool is_absolute(const Measurement& m) {
     return m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
+// Factor on variances and limits of monitors before the heading is found, because the linearisation is coarse. Chosen: with a smaller
+// value the monitor of steps delays the starts of ships.
+constexpr double coarse = 2;
+// Whether the last correction used a fix: monitors of fixes act once for each of them, at the event after it.
+inline bool has_judged(const State& s) { return std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) >= s.last_correction_s; }
 inline bool has_new(const State& s, const Event& event, int channel) {
     return s.has(event, channel) && !(event.t_s <= s.last_s[channel]);
 }

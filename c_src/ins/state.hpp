@@ -5,7 +5,8 @@
 //   d  displacement from the anchor
 #pragma once
 
-#include "estimation/constancy.hpp"
+#include "estimation/consistency.hpp"
+#include "estimation/steps.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/glide.hpp"
@@ -55,7 +56,9 @@ enum Row : int {
 };
 
 constexpr int nx = 10;    // d 3, v 3, q 4
-constexpr int biases = 6; // of the gyroscopes and accelerometers, from row_gyro on
+constexpr int may_step = 9; // rows from row_phi on: attitude, biases of gyroscopes and accelerometers
+constexpr int step_windows = 2; // one begins in the middle of the other, so that none is always short
+constexpr int responses = may_step * step_windows;
 
 // Upper triangle by columns, i <= j: without a magnetometer the first columns suffice.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
@@ -148,7 +151,10 @@ struct InAxes {
 struct State {
     double x[nx];
     double P[errors * (errors + 1) / 2]; // just after the last correction
-    std::uint64_t seldom_changes; // counts changes of P
+    double response[errors * responses]; // of the error to unit steps at the begin of the windows, row by row
+    StepEvidence<may_step> steps[step_windows];
+    double steps_since_s[step_windows]; // begin of the windows; NaN: they begin at the next correction
+    std::uint64_t seldom_changes; // counts changes of P and response
     double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
@@ -185,7 +191,6 @@ struct State {
     double placed_s; // positions have agreed since this time, until one is rejected
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // of the GNSS, horizontal
     Consistency fits[2]; // of velocity and position
-    Constancy steady[biases];
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // rotation by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as received
@@ -208,7 +213,7 @@ struct State {
     // At a new linearisation; the estimated noise of aids is kept.
     void begin_monitors() {
         for (Consistency& fit : fits) fit.begin(fit.noise);
-        for (Constancy& one : steady) one = {};
+        for (double& since_s : steps_since_s) since_s = nan;
     }
     Consistency& fit(int channel) { return fits[channel - velocity]; }
     const Consistency& fit(int channel) const { return fits[channel - velocity]; }

@@ -40,6 +40,12 @@ public:
 
     bool positive() const { return positive_; }
 
+    R determinant() const {
+        R product = d_[0];
+        for (int i = 1; i < n; ++i) product *= d_[i];
+        return product;
+    }
+
     // A^-1 B
     template <int k>
     Rows<k> solve(const Rows<k>& right) const {

@@ -366,7 +366,7 @@ class InsReference:
             H, noise = self.late(a)
             H[:, V] = np.eye(3)
             self.velocity_fit.restate(self.SIGMA_M_S**2)
-            z = self.T.T @ earth.axes_at(place) @ velocity_n
+            z = self.T.T @ earth.axes_at(earth.place_of(self.anchor_e + self.T @ self.d)) @ velocity_n
             self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise, self.velocity_fit)
             tau = self.latency
             H, noise = self.late(self.v - tau * a)

@@ -1,0 +1,54 @@
+// Whether parts of a state that are modelled as constant have stepped. B is the response of the estimate's error, corrections included, to a unit
+// step of each part at the begin of a window. A step then changes an innovation by H B step, so the innovations contain a Gaussian likelihood of
+// the steps with the information sum (H B)' S^-1 H B (Friedland 1969; generalised likelihood ratio, Willsky and Jones 1976). With a Gaussian
+// prior of the steps the ratio of the likelihoods with and without steps has a closed form, and so has the posterior of the steps: adding it to
+// the estimate gives that of a filter that had expected them at the begin of the window.
+//
+// Without a step the ratio has mean 1, so it exceeds exp(x / 2) at any time of a window with a probability of at most exp(-x / 2) (Ville).
+#pragma once
+
+#include "maths/cholesky.hpp"
+#include "maths/square.hpp"
+
+#include <cmath>
+
+namespace hnav {
+
+// Part of a filter's state: doubles only.
+template <int count>
+struct StepEvidence {
+    double information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
+
+    // weight: share of the evidence that counts.
+    void add(const StepEvidence& more, double weight) {
+        for (int i = 0; i < count * count; ++i) information[i] += weight * more.information[i];
+        for (int i = 0; i < count; ++i) sum[i] += weight * more.sum[i];
+    }
+};
+
+template <int count>
+class Steps {
+public:
+    using Vector = Eigen::Matrix<double, count, 1>;
+
+    // sigmas: of the prior of each part.
+    Steps(const StepEvidence<count>& of, const double* sigmas) : sum_(of.sum) {
+        Square<count> posterior = Eigen::Map<const Square<count>>(of.information);
+        for (int i = 0; i < count; ++i) {
+            posterior(i, i) += 1 / square(sigmas[i]);
+            priors_ *= square(sigmas[i]);
+        }
+        factor_ = Cholesky<count>(posterior);
+    }
+    // Twice the logarithm of the ratio of the likelihoods with and without steps.
+    double twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_); }
+    Vector mean() const { return factor_.template solve<1>(sum_); }
+    Square<count> covariance() const { return factor_.template solve<count>(typename Cholesky<count>::template Rows<count>(Square<count>::Identity())); }
+
+private:
+    Vector sum_;
+    Cholesky<count> factor_;
+    double priors_ = 1; // product of their variances
+};
+
+} // namespace hnav
