@@ -53,7 +53,7 @@ struct Chain final : Plant {
     int evaluations = 0;
 };
 
-// The chain with what linearises it.
+// The chain with its linearisation.
 struct Linearised {
     explicit Linearised(int states, bool with_dependencies = true) : plant(states) {
         hnav::Arena count;
