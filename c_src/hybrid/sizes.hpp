@@ -21,7 +21,7 @@ struct FixedSizes {
     using Event = Event_;
     using State = State_;
     // Number of states, whatever the number of events; 0: each event has its own. Three suffice for an open event, the base
-    // before it, and the one that is computed or shown.
+    // before it, and the state being computed or shown.
     static constexpr int states = small_build ? 3 : 0;
     static_assert(sizeof(Event) % 8 == 0 && sizeof(State) % 8 == 0, "events and states are saved as 8-byte numbers");
 

@@ -147,7 +147,7 @@ private:
         return {newest_s + c.interval_s, last_ = Place::jumped};
     }
 
-    // The first implausible stamp; a second one that agrees with it is accepted.
+    // The first implausible stamp; a second stamp in agreement with it is accepted.
     bool is_far_ahead(double stamp_s, double newest_s, double limit_s) {
         const double ahead_s = stamp_s + offset_s_ - newest_s;
         double far_s = far_limits * limit_s, agree_s = far_s;

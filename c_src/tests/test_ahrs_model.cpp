@@ -361,10 +361,10 @@ TEST(Ahrs, AFieldThatContradictsAFreshReferenceMakesTheHeadingDoubtful) {
     EXPECT_LT(variance_after(20), 0.002);
 }
 
-TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasChanged) {
+TEST(Ahrs, TheAddedVarianceOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasChanged) {
     const AhrsModel model(settings());
     // Clean for a second, then a field of another strength, then clean again.
-    const auto doubt_after = [&](double contradicted_s, double clean_s, bool stays) {
+    const auto variance_after = [&](double contradicted_s, double clean_s, bool stays) {
         State s = state_at_start(model);
         const Turning motion;
         for (int k = 0; k * 0.005 <= 1 + contradicted_s + clean_s; ++k) {
@@ -378,10 +378,10 @@ TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasC
         EXPECT_EQ(s.field.changes > 0, stays);
         return s.reference_variance;
     };
-    const double at_end = doubt_after(1, 0, false), half_way = doubt_after(1, 0.5, false);
+    const double at_end = variance_after(1, 0, false), half_way = variance_after(1, 0.5, false);
     EXPECT_NEAR(half_way, 0.5 * at_end, 0.1 * at_end);
-    EXPECT_EQ(doubt_after(1, 1.2, false), 0);
-    EXPECT_GT(doubt_after(1, 10, true), 0.3 * at_end);
+    EXPECT_EQ(variance_after(1, 1.2, false), 0);
+    EXPECT_GT(variance_after(1, 10, true), 0.3 * at_end);
 }
 
 TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenOrAnAidTellsTheHeading) {

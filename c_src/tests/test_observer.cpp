@@ -511,8 +511,8 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
 TEST(Observer, FindsDerivativesThatLie) {
     Given g = linear();
     g.plant.derivatives_jacobian = [](void*, double, const double*, const double*, const double*, double* J) {
-        const double told[9] = {0, 1, 0, -spring, friction, 0, lag_1_s, 0, -lag_1_s}; // the sign of the friction is wrong
-        std::copy_n(told, 9, J);
+        const double stated[9] = {0, 1, 0, -spring, friction, 0, lag_1_s, 0, -lag_1_s}; // the sign of the friction is wrong
+        std::copy_n(stated, 9, J);
         return 0;
     };
     g.plant.outputs_jacobian = [](void*, double, const double*, const double*, const double*, double*) { return -1; };

@@ -496,7 +496,7 @@ TEST(ObserverEvents, AnInputMayBeAnEvent) {
     EXPECT_NEAR(observer.x()[0], -3 + 8 * std::exp(-1), 1e-6);
 }
 
-// A thermostat whose thermometer has a time constant of ten microseconds, beside one that reads the temperature directly.
+// A thermostat whose thermometer has a time constant of ten microseconds, beside a thermostat that reads the temperature directly.
 TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
     Heater slow, lagging;
     Given plain = slow.given(), stiff = lagging.given();

@@ -58,8 +58,9 @@ public:
 
     double tilt_error() const {
         const Vector3 down(0, 0, 1);
-        const Vector3 told = rotation_matrix(q_of(attitude())).transpose() * down, truth = rotation_matrix(q_).transpose() * down;
-        return std::acos(std::fmin(1.0, told.dot(truth)));
+        const Vector3 estimated = rotation_matrix(q_of(attitude())).transpose() * down,
+                      truth = rotation_matrix(q_).transpose() * down;
+        return std::acos(std::fmin(1.0, estimated.dot(truth)));
     }
 
     hnav_attitude attitude() const {

@@ -55,8 +55,8 @@ protected:
     virtual bool event_due(double t_s) const { return next_event_s() <= t_s + time_tolerance(t_s, min_period_s); }
 
     // The input `reset`; true at its rising edge.
-    bool take_reset(double level) { return rising(level, &memory_.reset_level) && begin_anew(); }
-    bool begin_anew() {
+    bool take_reset(double level) { return rising(level, &memory_.reset_level) && restart(); }
+    bool restart() {
         Calls::reset(object_);
         memory_.was_reset = memory_.model_exchange;
         return true;

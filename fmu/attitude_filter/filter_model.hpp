@@ -55,7 +55,7 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
         const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         const bool was_realigned = rising(values[in_.realign], &memory_.realign_level);
         if (was_realigned) {

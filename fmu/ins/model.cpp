@@ -40,7 +40,7 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
         const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         if (was_reset) memory_.has_force = 0;
         const bool taken = memory_.sampled.push_new(

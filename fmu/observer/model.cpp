@@ -78,7 +78,7 @@ public:
         bool mistaken = false;
         for (int c = 0; c < channels(); ++c)
             mistaken |= memory_.sampled.begins_to_count(c, at(values, c, input_sample, sensor_sample));
-        bool taken = (mistaken && begin_anew()) | take_reset(values[at_.row(reset_command)]);
+        bool taken = (mistaken && restart()) | take_reset(values[at_.row(reset_command)]);
         for (int c = 0; c < channels(); ++c) {
             const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
             NewSample sample;
