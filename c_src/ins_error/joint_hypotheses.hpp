@@ -29,8 +29,8 @@ struct JointSettings {
     int levels = 5;
     double level_ratio = 4;
     double fault_probability = 1e-4; // per step, that a healthy channel becomes noisy, at any of its levels
-    double recovery_probability = 1.5e-3; // that it becomes healthy again
-    double outlier_probability = 0.03; // of one sample
+    double recovery_probability = 2e-3; // that it becomes healthy again
+    double outlier_probability = 0.025; // of one sample
     double bias_probability = 1.5e-4; // per step, that the error of a channel jumps
     double bias_sigma = 10; // of such a jump, in sigma of the white noise
     double process_probability = 3e-3; // per step, that the process noise increases
