@@ -34,7 +34,7 @@ TEST(HrekfJump, TheCorrectionEqualsTheInformationForm) {
     test::Random random(6);
     State s = random_state(model, random);
     const Vector3 bias(s.bias);
-    s.x[HrekfPlaces::t] = 0.01; // with a variance of the length
+    s.x[AttitudeFlow<double>::t] = 0.01; // with a variance of the length
     s.last_correction_s = 0;
     for (double& t : s.last_s) t = 0;
     const Quaternion q(s.x);

@@ -393,6 +393,7 @@ def test_the_progress_of_each_stage_grows_and_ends_full(record):
         announce=lambda seconds: expected.append(seconds if not reported else -1.0),
     )
     assert expected[0] > 0.05 and expected[0] < 5 * found.seconds < 25 * expected[0]
+    assert found.processor_s > 0
     assert list(reported) == ["decay rate", "region", "longest interval", "starts"]
     for steps in reported.values():
         assert [done for done, _ in steps] == sorted(done for done, _ in steps)
