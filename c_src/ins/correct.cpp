@@ -108,6 +108,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         P = prior;
         return;
     }
+    for (int i = 0; m.channel == ins::rest && is_absolute(m) && i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
     if (is_free(s)) take_free(s, prior, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
@@ -124,8 +125,7 @@ void Model::widen(Covariance& P, int row, double variance) const {
 // Age up to which a fix is used by the monitors: three periods of a usual receiver.
 constexpr double fix_age_s = 3;
 
-// Factor on the limits of monitors before the heading is found, because the linearisation is coarse. Chosen: with a smaller value the
-// monitor of bias steps delays the starts of ships.
+// Factor on the limit of the monitor before the heading is ready, because the linearisation is coarse: chosen.
 constexpr double coarse = 2;
 
 // Velocities are preferred for consistency tests: they observe tilt, heading and biases, while positions have a slow error of their own.
@@ -375,18 +375,18 @@ Model::AlmostConstant Model::almost_constant(const State& s, const Covariance& P
     return of;
 }
 
-// Widens biases that step, or that exceed their priors (estimation/constancy.hpp).
+// Widens biases that step, or that exceed their priors (estimation/constancy.hpp). While the heading is searched, errors of the
+// linearisation would pass for steps: gyro biases of trains were widened by up to 0.02 rad/s.
 void Model::admit_steps(State& s, Covariance& P, const AlmostConstant& before, double interval_s) const {
     constexpr double gyro_rad_s = 0.05, accel_m_s2 = 3; // largest steps of usual faults: chosen
     constexpr double sigmas = 4; // chosen: 6e-5 by chance
-    const double limit = is_free(s) ? coarse * sigmas : sigmas;
     const AlmostConstant now = almost_constant(s, P);
     for (int i = 0; i < biases; ++i) {
         // A wrong heading moves the estimated gyro bias by at most the Earth rate, which is not counted as a step.
         const double smallest = i < 3 ? earth::rate_rad_s : 0, largest = i < 3 ? gyro_rad_s : accel_m_s2,
                      variance = now.variance[i];
         s.steady[i].note(now.mean[i] - before.mean[i], before.variance[i] - variance, interval_s);
-        const double more = s.steady[i].excess(variance, smallest, largest, limit);
+        const double more = s.steady[i].excess(variance, smallest, largest, sigmas);
         if (more > 0) widen(P, row_gyro + i, more);
     }
 }
@@ -436,7 +436,7 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);
     if (sees_field) correct_field(s, P, event);
-    if (s.phase == phase) admit_steps(s, P, before, since_s);
+    if (s.phase == phase && !is_free(s)) admit_steps(s, P, before, since_s);
     turn_biases(s, P);
     if (!is_free(s)) move_anchor(s, P);
     s.last_correction_s = event.t_s;

@@ -237,6 +237,8 @@ private:
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;
     void look_for_glide(State& s, Covariance& P, double now_s) const;
+    static void note_slow(State& s, double now_s);
+    void admit_departure(State& s, Covariance& P) const;
     void correct_speed(State& s, Covariance& P, const Event& event) const;
     void correct_car(State& s, Covariance& P, const Event& event) const;
     void correct_pressure(State& s, Covariance& P, const Event& event) const;

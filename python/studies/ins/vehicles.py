@@ -52,7 +52,7 @@ def latitude_at_rest(kind: str) -> float:
     return float(np.radians(80.0 if kind == "polar" else 45.0))
 
 
-VIBRATION = {"quadrotor": (0.05, 3.0)}
+VIBRATION = dict.fromkeys(("quadrotor", "hover"), (0.05, 3.0))
 """What of it samples show as white noise, at the most: rad/s and m/s2 of each axis."""
 
 
