@@ -12,7 +12,7 @@ from hnav.rotations import quaternion_product
 from studies.bench import motions
 from studies.bench.__main__ import main
 from studies.bench.contenders import Contender, Estimate, own_contender
-from studies.bench.motions import KINDS, RATE_HZ, motion
+from studies.bench.motions import KINDS, RATE_HZ, motion, sensor_of
 from studies.bench.rows import run_trial
 
 
@@ -62,6 +62,18 @@ def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain
     )
     assert own.total_deg < gain * without.total_deg and own.tilt_z2 < without.tilt_z2
     assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
+
+
+@pytest.mark.parametrize("kind", ["tumble", "quadrotor"])
+def test_with_the_datasheet_of_its_sensors_the_stated_sigma_is_the_error(kind):
+    own, sensor = run_trial(
+        "MOTION", motion(kind, 0), RATE_HZ, [own_contender(f"ahrs:solver=closed_form:body=own{w}") for w in ("", ":sensor=own")]
+    )
+    assert own.tilt_z2 < sensor.tilt_z2 and 0.2 < sensor.tilt_z2 < 2
+
+
+def test_the_datasheet_of_a_recording_that_is_not_simulated_is_not_known(broad_trial):
+    assert not sensor_of(broad_trial) and sensor_of(motion("head", 0))["gyro_noise_rad_per_sqrt_s"] == 5e-5
 
 
 @pytest.mark.parametrize("kind, seed", [("car", 21), ("boat", 1), ("arm", 1)])
