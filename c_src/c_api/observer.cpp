@@ -94,7 +94,7 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
     settings.robust_rate_1_s = options.robust_rate_1_s;
     settings.outlier_sigma = options.outlier_sigma;
     settings.time_jump_limit_s = options.time_jump_limit_s;
-    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS;
+    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS || o->plant->sizes.steps;
     if (settings.sigma_points && o->plant->sizes.events)
         return caller.fail(HNAV_ERROR_OPTION,
                            "propagation = sigma_points is for plants without events, and this one has some: take "
@@ -179,12 +179,13 @@ hnav_status status_of(const Refusal& why) {
 
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const ObserverObject*>(context);
-    if (!o->plant->sizes.events) return;
+    if (o->plant->sizes.memory == 0) return;
     const observer::Layout& at = o->layout();
     o->filter.visit_states([&](const RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });
-    for (int i = 0; i < observer::max_branches; ++i) seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
+    for (int i = 0; o->plant->sizes.events && i < observer::max_branches; ++i)
+        seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
     for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
     for (const observer::PassageMemory& e : o->work->passages) {
         seen(visitor, e.memory);

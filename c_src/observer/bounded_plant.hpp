@@ -55,6 +55,8 @@ public:
         return answer;
     }
 
+    Answer step(const Point& from, double length_s, double* x) override { return plant_->step(inside(from), length_s, x); }
+
     bool offers(Function function, Variable variable) const override { return plant_->offers(function, variable); }
 
     bool declares_dependencies() const override { return plant_->declares_dependencies(); }

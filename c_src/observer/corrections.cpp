@@ -80,7 +80,7 @@ bool Model::linearise(State& s, const Event& event, int i) const {
     const Problem& p = *problem_;
     const double* part = part_of(s, i);
     double *y = work_->y + i * p.sensors, *H = work_->H + i * p.sensors * p.N;
-    if (crosses()) plant_->recall(part + layout().memory);
+    if (remembers()) plant_->recall(part + layout().memory);
     const Point here = point(s, part, part);
     const Linearisation::Answers answer = work_->linearisation.linearise(*plant_, Function::outputs, here, y, H);
     if (!ask(answer.values, Function::outputs, here.t_s, nullptr, 0)) return false;
@@ -136,7 +136,7 @@ void Model::forget_time(State& s) const {
     double *P = work_->P, *dX = work_->slope_here;
     for (int i = 0; i < parts_of(s); ++i) {
         double* part = part_of(s, i);
-        if (crosses()) plant_->recall(part + layout().memory);
+        if (remembers()) plant_->recall(part + layout().memory);
         expected(part, work_->x);
         if (!slope(s, s.x()[layout().t], work_->x, dX)) std::fill_n(dX, p.N, 0.0);
         unpack_upper(part + layout().P, p.N, 1, P);
@@ -305,7 +305,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
         for (int j = 0; j < p.N; ++j) X[j] += part[at.beyond + j];
         place(X, work_->P, part);
     }
-    if (crosses()) plant_->recall(part + at.memory);
+    if (remembers()) plant_->recall(part + at.memory);
     pull_back(s, part, X, work_->P);
     pack_upper(work_->P, p.N, part + at.P);
     if (crosses()) {

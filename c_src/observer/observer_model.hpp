@@ -144,6 +144,7 @@ public:
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return true; }
     bool by_points() const { return settings_.sigma_points; }
+    bool remembers() const { return problem_->sizes.memory > 0; }
     bool flow_by_points(State& s, double interval_s, Propagator& propagator) const;
     bool is_stiff(const State& s) const;
     bool flow_stiffly(State& s, double interval_s, Propagator& counts) const;
@@ -236,6 +237,8 @@ private:
     // stiff.cpp
     int stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const;
     bool add_matrices(double* part, double by_s, double usual_s) const;
+    bool step(const State& s, double interval_s, double* x) const;
+    bool step_of_mean(State& s, double interval_s, const double* mean) const;
     bool flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const;
     bool add_step(const StiffRun& run, double* part, double from_s, double to_s) const;
     void judge_stiffness(double* s, std::uint64_t taken, double length_s) const;

@@ -34,6 +34,7 @@ struct PlantSizes {
     int memory = 0;      // numbers of its discrete state
     bool events = false; // it has events of its own: indicators, times, inputs that it acts on
     int points = 0;      // at most in one call of evaluate_points; 0: it has none
+    bool steps = false;  // it integrates its states itself, by step
 
     int known_inputs() const { return inputs - unknown_inputs; }
     // Estimated numbers: states, unknown inputs, parameters.
@@ -64,6 +65,9 @@ public:
     virtual Answer evaluate(Function function, const Point& at, double* values) = 0;
     // values: a row for each point. Of a plant whose sizes have points. The points may be changed.
     virtual Answer evaluate_points(Function, const Points&, double*) { return Answer::broken; }
+
+    // Of a plant that integrates its states itself: the states (x) after this time from this point and its discrete state, which changes.
+    virtual Answer step(const Point& /*from*/, double /*length_s*/, double* /*x*/) { return Answer::broken; }
 
     // Whether it offers the derivatives of a function by a kind of variable.
     virtual bool offers(Function function, Variable variable) const = 0;

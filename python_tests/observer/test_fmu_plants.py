@@ -283,11 +283,11 @@ def test_an_fmu_that_exists_once_in_a_process(tmp_path):
     ("change", "said"),
     [
         (
-            {"interface": "CoSimulation", "attributes": 'canGetAndSetFMUstate="true"'},
-            "offers Co-Simulation only: the observer integrates by itself, export it for Model Exchange .its modelDescription.xml needs a "
-            "ModelExchange element., or write its derivatives as functions",
+            {"interface": "CoSimulation"},
+            "offers Co-Simulation only and cannot get and set its state .canGetAndSetFMUstate.: export it for Model Exchange, or write its "
+            "derivatives as functions",
         ),
-        ({"interface": "Nothing"}, "offers no Model Exchange"),
+        ({"interface": "Nothing"}, "offers neither Model Exchange nor Co-Simulation"),
         ({"folder": "win64"}, r"has no binary for linux64 \(it has win64\)"),
         ({"attributes": 'needsExecutionTool="true"'}, "needs its tool at run time"),
         ({"indicators": 2}, "it has 2 state events and cannot save its state .canGetAndSetFMUstate.: export it with that"),

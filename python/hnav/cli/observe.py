@@ -367,6 +367,10 @@ def print_variables(fmu: ModelDescription) -> None:
     parameters = [v for v in real if v.causality == "parameter"]
     fixed = [v for v in parameters if v.variability == "fixed"]
     remark(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
+    if fmu.step_s:
+        remark(
+            "Co-Simulation only: sigma points pass through its steps; the time between samples has to be a multiple of its own step"
+        )
     remark(f"states: {listed([state for state, _ in fmu.states])}")
     remark(f"sensors may be: {listed(candidates(fmu))}")
     remark(f"inputs: {listed([v for v in real if v.causality == 'input'])}")

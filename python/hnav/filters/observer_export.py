@@ -82,6 +82,13 @@ def plant_of(observer: Observer) -> ModelDescription:
             "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange",
             "plan",
         )
+    if observer.plan.plant.step_s:
+        raise HnavValueError(
+            "option",
+            f"{observer.plan.plant.path.name} offers Co-Simulation only, and an exported observer integrates its plant: export the plant for "
+            "Model Exchange",
+            "plan",
+        )
     return observer.plan.plant
 
 

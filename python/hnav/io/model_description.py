@@ -1,4 +1,4 @@
-"""Reads modelDescription.xml (FMI 2 and 3) of an FMU for Model Exchange, as far as an observer needs it.
+"""Reads modelDescription.xml (FMI 2 and 3) of an FMU for Model Exchange, or else Co-Simulation, as far as an observer needs it.
 
 hnav has its own reader because others refuse some valid files (FMI 3 by Dymola) or ignore providesDirectionalDerivatives.
 """
@@ -21,6 +21,7 @@ REALS = ("Real", "Float64")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _NO_BOUND = 1e100
+_STEP_S = 0.01  # step in s of a Co-Simulation FMU that states none
 _TOO_LARGE = 200_000_000  # largest size of a description in bytes, above that of any tool
 
 
@@ -65,7 +66,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """An FMU for Model Exchange, created by read_model_description."""
+    """An FMU for Model Exchange, or with Co-Simulation only, created by read_model_description."""
 
     path: Path
     fmi: int
@@ -92,6 +93,8 @@ class ModelDescription:
     """0: the state cannot be saved; 1: it can be read and set; 2: it can also be serialised."""
     step_done: bool
     """The solver must report completed steps."""
+    step_s: float
+    """Default step in s of an FMU with Co-Simulation only; 0: Model Exchange."""
     binary: str
     """Path inside the FMU of the binary for this machine."""
     units: dict[str, Unit] = field(default_factory=dict)
@@ -114,14 +117,9 @@ def read_model_description(path: Path | str) -> ModelDescription:
     fmi = {"2": 2, "3": 3}.get(root.get("fmiVersion", "")[:1])
     if fmi is None:
         _refuse(path, f"FMI {root.get('fmiVersion', 'of an unknown version')}: export it for FMI 2 or 3")
-    exchange = root.find("ModelExchange")
+    exchange, step_s = root.find("ModelExchange"), 0.0
     if exchange is None:
-        offered = "Co-Simulation only" if root.find("CoSimulation") is not None else "no Model Exchange"
-        _refuse(
-            path,
-            f"offers {offered}: the observer integrates by itself, export it for Model Exchange (its modelDescription.xml needs a ModelExchange "
-            "element), or write its derivatives as functions (hnav.Plant)",
-        )
+        exchange, step_s = _cosimulation(path, root)
     if exchange.get("needsExecutionTool") == "true":
         _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
     variables, order = _variables(root, fmi)
@@ -135,19 +133,38 @@ def read_model_description(path: Path | str) -> ModelDescription:
         token=root.get("guid" if fmi == 2 else "instantiationToken", ""),
         variables={variable.name: variable for variable in variables},
         states=states,
-        depends=depends,
+        depends=(None,) * len(states) if step_s else depends,  # over a step each state may depend on all
         indicators=_indicators(root, fmi),
         offers_derivatives="true"
-        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives")),
+        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives"))
+        and not step_s,
         once=exchange.get("canBeInstantiatedOnlyOncePerProcess") == "true",
         discrete=tuple(v.name for v in variables if v.variability == "discrete" and v.causality in ("local", "output")),
         state_access=_state_access(exchange),
         step_done=(exchange.get("completedIntegratorStepNotNeeded") != "true")
         if fmi == 2
         else exchange.get("needsCompletedIntegratorStep") == "true",
+        step_s=step_s,
         binary=_binary(path, names, identifier, fmi),
         units=_units(root),
     )
+
+
+def _cosimulation(path: Path, root: ElementTree.Element) -> tuple[ElementTree.Element, float]:
+    """Sigma points need steps of any length from any state."""
+    element, remedy = (
+        root.find("CoSimulation"),
+        "export it for Model Exchange, or write its derivatives as functions (hnav.Plant)",
+    )
+    if element is None:
+        _refuse(path, f"offers neither Model Exchange nor Co-Simulation: {remedy}")
+    if not _state_access(element):
+        _refuse(path, f"offers Co-Simulation only and cannot get and set its state (canGetAndSetFMUstate): {remedy}")
+    if element.get("canHandleVariableCommunicationStepSize") != "true":
+        _refuse(path, f"offers Co-Simulation only, with steps of one length (canHandleVariableCommunicationStepSize): {remedy}")
+    experiment = root.find("DefaultExperiment")
+    step_s = _number(element.get("fixedInternalStepSize") or (None if experiment is None else experiment.get("stepSize")))
+    return element, step_s if step_s > 0 and math.isfinite(step_s) else _STEP_S
 
 
 def _state_access(exchange: ElementTree.Element) -> int:
