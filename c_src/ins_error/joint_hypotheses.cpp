@@ -83,15 +83,15 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
 // ------------------------------------------------------------------------------------------------ before the sample
 
 void JointHypotheses::predict_process() {
-    const double told = process_belief_[0], lively = 1 - told;
+    const double stated = process_belief_[0], increased = 1 - stated;
     const double begins = settings_.process_probability / (processes - 1);
     const double changes = settings_.process_drift / (processes - 1);
     for (int p = 1; p < processes; ++p) {
         const double was = process_belief_[p];
         const double leaves = settings_.process_recovery + changes * (processes - 2);
-        process_belief_[p] = was * (1 - leaves) + changes * (lively - was) + told * begins;
+        process_belief_[p] = was * (1 - leaves) + changes * (increased - was) + stated * begins;
     }
-    process_belief_[0] = told * (1 - settings_.process_probability) + lively * settings_.process_recovery;
+    process_belief_[0] = stated * (1 - settings_.process_probability) + increased * settings_.process_recovery;
 }
 
 void JointHypotheses::predict_channel(int i) {
