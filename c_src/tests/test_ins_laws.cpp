@@ -423,7 +423,7 @@ TEST(InsFaults, EqualPositionsAreUsedAtRestAndRejectedInMotion) {
     }
 }
 
-// A body that stands, without rest being looked for, and with gyroscopes whose bias turns its heading: the search begins anew.
+// A body that stands, without rest being looked for, and with gyroscopes whose bias turns its heading: the search restarts.
 TEST(InsRest, AHeadingThatTheGyroscopesHaveLostIsSearchedAgainFromAWidePosition) {
     const Truth truth = standing();
     ins::Options o = usual();
