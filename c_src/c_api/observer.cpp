@@ -61,7 +61,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
-    if (!o->plant->begin_anew(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->plant->start_over(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());
@@ -133,7 +133,7 @@ hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known,
     if (status == HNAV_OK) status = create_filter(o, caller);
     if (status != HNAV_OK) return status;
     o->plant->set_holders({o, hnav::each_holder});
-    // Addresses are reused, and another copy of this library in the process has its own counter.
+    // Addresses are reused, and another copy of this library in the process has a separate counter.
     static std::atomic<std::uint64_t> made{0};
     const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
     o->own_number = hnav::hash(own, sizeof own);
@@ -242,7 +242,7 @@ void ObserverObject::log_held(double t_s) const {
     log_trouble(what);
 }
 
-// With the reason, if the plant failed.
+// Adds the plant's reason if it failed.
 hnav_status ObserverObject::log_trouble(const char* what) const {
     if (!trouble.any)
         return fail(HNAV_ERROR_SOLVER,

@@ -82,11 +82,11 @@ bool Model::linearise(State& s, const Event& event, int i) const {
     double *y = work_->y + i * p.sensors, *H = work_->H + i * p.sensors * p.N;
     if (crosses()) plant_->recall(part + layout().memory);
     const Point here = point(s, part, part);
-    if (!ask(plant_->evaluate(Function::outputs, here, y), Function::outputs, here.t_s, nullptr, 0)) return false;
+    const Linearisation::Answers answer = work_->linearisation.linearise(*plant_, Function::outputs, here, y, H);
+    if (!ask(answer.values, Function::outputs, here.t_s, nullptr, 0)) return false;
     for (int k = 0; k < p.sensors; ++k)
         if (event.has(sensor_channel(k)) && !ask(Answer::ok, Function::outputs, here.t_s, y + k, 1)) return false;
-    if (!ask(work_->linearisation.jacobian(*plant_, Function::outputs, here, H), Function::outputs, here.t_s, H, p.sensors * p.N))
-        return false;
+    if (!ask(answer.jacobian, Function::outputs, here.t_s, H, p.sensors * p.N)) return false;
     unpack_upper(part + layout().P, p.N, 1, work_->P);
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;

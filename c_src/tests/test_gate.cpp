@@ -30,7 +30,7 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
     Consistency fit;
     fit.begin(1);
     for (int i = 0; i < samples; ++i) {
-        const double noise = fit.noise; // what the filter has learnt of it
+        const double noise = fit.noise; // the noise that the filter has learnt
         const double r[3] = {mean + sigma * normal(engine), sigma * normal(engine), sigma * normal(engine)};
         const double variance[3] = {noise, noise, noise};
         fit.note(r, variance, 3, gated, false, i * interval_s);
@@ -38,7 +38,8 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
     return fit;
 }
 
-// A scalar of sigma 0.1 that is measured with sigma 1 every 0.2 s for a minute, and steps; answers what is found, the largest.
+// A scalar of sigma 0.1, measured with sigma 1 every 0.2 s for a minute, with a step; returns the largest estimate of the
+// step.
 double found_of(double step, double largest, double smallest = 0) {
     std::mt19937_64 engine(3);
     std::normal_distribution<double> normal;
@@ -82,7 +83,7 @@ TEST(Consistency, NoiseBeyondWhatIsStatedIsLearntAndForgotten) {
         const double r[3] = {i % 2 ? 0.1 : -0.1, 0, 0};
         later.note(r, one, 3, false, false, 60 + 0.2 * i);
     }
-    EXPECT_EQ(later.noise, 1); // what is stated is a floor
+    EXPECT_EQ(later.noise, 1); // the stated noise is a lower bound
 }
 
 TEST(Consistency, WhatIsLearntIsAVarianceAndNoFactor) {
@@ -92,7 +93,7 @@ TEST(Consistency, WhatIsLearntIsAVarianceAndNoFactor) {
     EXPECT_EQ(fit.noise, learnt);
     fit.restate(4);
     EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
-    fit.restate(1); // better again: what was learnt of the worse one says nothing of it
+    fit.restate(1); // back to normal: the noise learnt before no longer applies
     EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
     fit.restate(1e6);
     EXPECT_EQ(fit.noise, 1);

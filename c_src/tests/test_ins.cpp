@@ -1,5 +1,5 @@
 // The navigation filter: its mechanisation against exact solutions, its covariance against perturbation, the heading on the
-// circle, and what every hybrid filter promises.
+// circle, and the laws of every hybrid filter.
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 #include "ins/circle.hpp"
@@ -79,7 +79,7 @@ struct Truth {
         const Vector3 middle = position_e(t - 0.5 * T);
         const Vector3 force_e = (v1 - v0) / T - earth::gravity_at(middle) + W.cross(v0 + v1);
         const Matrix3 mean = HeldTurn<double>(w, T).integral / T;
-        const Vector3 half = 0.5 * T * W; // force_e is that of axes that have turned with the Earth for half the interval
+        const Vector3 half = 0.5 * T * W; // force_e is in axes that have turned with the Earth for half the interval
         const Vector3 f = mean.inverse() * (rotation_matrix(before).transpose() * (force_e + half.cross(force_e)));
         for (int i = 0; i < 3; ++i) {
             value[i] = w[i];
@@ -113,14 +113,14 @@ struct Truth {
     }
 };
 
-// A vehicle that winds over the ground about a place, body x ahead.
+// A vehicle on a winding path about a place, body x ahead.
 Truth winding(const earth::Place& start, double heading, double speed = 15) {
     const Vector3 p0 = earth::position_of(start);
     const Matrix3 N = earth::axes_at(start);
     const auto yaw = [heading](double t) { return heading + 0.9 * std::sin(0.15 * t); };
     Truth truth;
     truth.position_e = [=](double t) {
-        // The integral of the direction, by Simpson's rule from 0: exact to the tests' needs.
+        // The integral of the direction from 0, by Simpson's rule: exact to the needs of the tests.
         const int n = 60;
         Vector3 sum = Vector3::Zero();
         const double h = t / n;
@@ -152,7 +152,7 @@ ins::State started_at(const ins::Model& model, const Truth& truth, double t) {
     return s;
 }
 
-// Free inertial over `duration_s`: the distance from the truth at the end.
+// Free inertial over `duration_s`: the final distance from the truth.
 double free_run_error(const Truth& truth, double duration_s, double* heading_error = nullptr) {
     const ins::Model model(usual());
     ins::State s = started_at(model, truth, 0);
@@ -208,7 +208,7 @@ TEST(InsMechanisation, AGreatCircleAcrossPoleAndDateLineIsFollowed) {
         double latitude, longitude, course;
     };
     for (const Way way : {Way{0, 0, 30}, Way{89.98, 40, 0}, Way{10, 179.99, 90}}) {
-        // A circle about the centre of the Earth at constant speed, and an attitude that stays in Earth-fixed axes.
+        // A circle about the centre of the Earth at constant speed, and a constant attitude in Earth-fixed axes.
         const earth::Place start{way.latitude * deg, way.longitude * deg, 1000};
         const Vector3 p0 = earth::position_of(start);
         const Vector3 out = p0.normalized(),
@@ -229,7 +229,7 @@ TEST(InsMechanisation, ConingAt200HzDriftsLessThanAHundredthOfADegreeInAnHour) {
     const double rate = 2 * M_PI * 10, half = deg, T = 0.005;
     const Vector3 p = earth::position_of({0.5, 0.3, 0});
     const auto q_at = [=](double t) { return rotation_quaternion(half * Vector3(std::cos(rate * t), std::sin(rate * t), 0)); };
-    // The sample is the mean of the rate, by quadrature, not the turn.
+    // The sample is the mean of the rate, by quadrature, not the rotation divided by time.
     const auto rate_at = [&](double t) {
         const double h = 1e-5;
         return Vector3(rotation_vector(multiply(conjugate(q_at(t - h)), q_at(t + h))) / (2 * h));
@@ -297,7 +297,7 @@ TEST(InsMechanisation, TheClosedFormIsTheIntegralOfTheFlow) {
 
 // ------------------------------------------------------------------------------------------------ covariance
 
-// The transition of a window against differences of two whole flows, for every error that moves.
+// The transition of a window against differences of two whole flows, for every error state that propagates.
 TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
     const ins::Model model(usual());
     const Truth truth = winding({0.8, 0.2, 100}, 1, 80);
@@ -332,7 +332,7 @@ TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
         slope << (ins::vec(moved.x) - ins::vec(base.x)) / step, (ins::vec(moved.x + 3) - ins::vec(base.x + 3)) / step,
             rotation_vector(multiply(ins::quat(moved.x + 6), conjugate(ins::quat(base.x + 6)))) / step;
         const ins::Covariance P = model.covariance_at(moved, 0);
-        // With one error of variance 1 the covariance is the square of its column; noise comes on top.
+        // With one error of variance 1 the covariance is the square of its column; noise adds to it.
         for (int i = 0; i < 9; ++i)
             for (int j = 0; j < i; ++j)
                 EXPECT_NEAR(P[i][j], slope[i] * slope[j],
@@ -369,7 +369,7 @@ TEST(InsCircle, AHeadingFromElsewhereIsBelievedAloneAndNotAgainstMotion) {
     const double nothing[2] = {0, 0}, any[2][2] = {{0.5, 0}, {0, 0.5}};
     const ins::Circle alone = ins::heading_on_circle(nothing, any, {3.0, 1 / (0.05 * 0.05)});
     EXPECT_NEAR(alone.mode_rad, 3.0, 1e-3);
-    // Its own variance, and one in ten thousand that may point anywhere.
+    // Its own variance, and one share in ten thousand that is uniform on the circle.
     EXPECT_NEAR(alone.spread_rad, std::hypot(0.05, M_PI / std::sqrt(3.0) * 1e-2), 5e-4);
     const double m[2] = {1, 0}, S[2][2] = {{0.04, 0}, {0, 0.04}};
     const ins::Circle against = ins::heading_on_circle(m, S, {3.0, 1 / (0.05 * 0.05)});
@@ -425,7 +425,7 @@ TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
             }
             const ins::Navigation n = run.shown();
             EXPECT_EQ(run.filter.shown().phase, Phase::navigating);
-            // In Earth-fixed axes, because north means little at a pole.
+            // In Earth-fixed axes, because north is ill-defined at a pole.
             const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
             EXPECT_LT(rotation_vector(multiply(q_eb, conjugate(truth.q_eb(40)))).norm(), 1 * deg)
                 << place.latitude_rad << " " << k;
@@ -470,7 +470,7 @@ TEST(InsAnyHeading, AWrongScaleOfAGyroscopeIsFound) {
 
 TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
-    // The fix at which the window ends and the filter starts, and one in the midst.
+    // The fix at the end of the window, where the filter starts, and one in the middle.
     for (const double far_off_s : {3.4, 9.0}) {
         Flight run(usual());
         drive(run, truth, 60, [&](ins::Sample& sample) {
@@ -485,10 +485,10 @@ TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
 }
 
 struct Misses {
-    double attitude, velocity, position, ahead; // ahead: how much further north it has come, across the pole it is less
+    double attitude, velocity, position, ahead; // displacement to the north; across the pole it decreases
 };
 
-// After two minutes with satellites that are off by as much everywhere, and the last 20 s without them.
+// After two minutes with satellites whose error is the same everywhere, and 20 s without them.
 Misses after_a_flight(const earth::Place& start, double heading) {
     const Truth truth = winding(start, heading, 60);
     Flight run(usual());
@@ -532,7 +532,7 @@ TEST(InsAnyHeading, AFlightAcrossThePoleOrTheDateLineIsAsGoodAsOneAtTheEquator) 
     EXPECT_LT(equator.attitude, 0.5 * deg);
 }
 
-// Gains speed straight ahead from switching on, for so long, then keeps it.
+// Accelerates straight ahead from the first sample for so long, then keeps its speed.
 Truth sprint(double heading, double gain_m_s2, double until_s) {
     const earth::Place start{0.7, -1, 50};
     const Vector3 p0 = earth::position_of(start);
@@ -546,7 +546,7 @@ Truth sprint(double heading, double gain_m_s2, double until_s) {
     return truth;
 }
 
-// Off the vertical, in units of what is told, both axes together: chi square of 2.
+// NEES of the tilt, both axes together: chi square with 2 degrees of freedom.
 double tilt_nees(const ins::Navigation& n, const Truth& truth, double t) {
     const Matrix3 N = earth::axes_at(n.place);
     const Vector3 down = rotation_matrix(n.q_nb) * (rotation_matrix(truth.q_eb(t)).transpose() * N.col(2));
@@ -643,7 +643,7 @@ ins::Options guarded() {
     return o;
 }
 
-// Rotation off the truth at t, in rad.
+// Rotation error at t, in rad.
 double rotation_error(const Flight& run, const Truth& truth, double t) {
     const ins::Navigation n = run.shown();
     const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
@@ -687,7 +687,7 @@ TEST(InsFaults, AStampFarAheadIsLeftOutAndAClockThatIsSetBackIsFollowed) {
     }
 }
 
-// Fixes alone start nothing: what they made of a state without force was off by kilometres, with a sigma of 0.
+// Fixes alone must not start the filter: a state without force would be kilometres off with a sigma of 0.
 TEST(InsFaults, WithoutTheInertialUnitNothingIsReadyAndItIsFoundAgainAfterwards) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
     Flight run(guarded());
@@ -727,7 +727,7 @@ TEST(InsFaults, AnAxisThatIsStuckCostsCertaintyAboutItAndNoneIsClaimed) {
     EXPECT_FALSE(run.shown().heading_ready);
 }
 
-// The force that is false would make a wrong heading look observable: lateral velocity over the gain along the axis.
+// The false force would make a wrong heading look observable, through the lateral velocity.
 TEST(InsFaults, ASaturatedAccelerometerTellsNothingOfTheHeading) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
     test::Random random(4);
@@ -741,7 +741,7 @@ TEST(InsFaults, ASaturatedAccelerometerTellsNothingOfTheHeading) {
         });
         sigma[saturated] = run.shown().sigma_rotation[2];
     }
-    EXPECT_GT(sigma[1], 0.7 * sigma[0]); // some samples pass before it is found
+    EXPECT_GT(sigma[1], 0.7 * sigma[0]); // the fault is found after some samples
 }
 
 // A receiver without a fix repeats zeros.
@@ -768,7 +768,7 @@ TEST(InsFaults, AStepOfABiasIsFound) {
 
 // ------------------------------------------------------------------------------------------------ what hybrid filters promise
 
-// Every phase is passed: waiting, levelling, any heading, navigating, and a change of the anchor.
+// All phases: waiting, levelling, any heading, navigating, and a change of the anchor.
 ins::Options restless() {
     ins::Options s = usual();
     s.anchor_distance_m = 300;
@@ -798,7 +798,7 @@ TEST(InsHybrid, AFixThatComesLateGivesTheBitsOfAPunctualOne) {
     Flight punctual(restless(), true, 0.3), late(restless(), true, 0.3);
     for (int i = 1; i <= 4000; ++i) {
         const double t = 0.01 * i;
-        // Between two samples of the IMU, too.
+        // Also between two samples of the IMU.
         const double valid = t - 0.003;
         punctual.push_imu(truth, t);
         late.push_imu(truth, t);

@@ -21,7 +21,7 @@ REALS = ("Real", "Float64")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _NO_BOUND = 1e100
-_TOO_LARGE = 200_000_000  # bytes of a description: larger than any that a tool has written
+_TOO_LARGE = 200_000_000  # largest size of a description in bytes, above that of any tool
 
 
 @dataclass(frozen=True)
@@ -65,33 +65,33 @@ class Variable:
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """An FMU for Model Exchange. read_model_description makes it."""
+    """An FMU for Model Exchange, created by read_model_description."""
 
     path: Path
     fmi: int
     """FMI version: 2 or 3."""
     name: str
     identifier: str
-    """Of the model in Model Exchange: the name of its binary."""
+    """Name of the binary for Model Exchange."""
     token: str
     """GUID or instantiation token."""
     variables: dict[str, Variable]
     """By name, in the order of the file."""
     states: tuple[tuple[Variable, Variable], ...]
-    """State and derivative, in the order in which the FMU has them."""
+    """State and derivative, in the order of the FMU."""
     depends: tuple[frozenset[int] | None, ...]
     """References of the variables on which each derivative depends; None: the FMU declares none, so all."""
     indicators: int
-    """Event indicators that the file declares; of FMI 3 all that are listed."""
+    """Number of declared event indicators; in FMI 3, of all listed ones."""
     offers_derivatives: bool
     once: bool
     """Only one instance for each process."""
     discrete: tuple[str, ...]
-    """Names of what it remembers from event to event."""
+    """Names of the discrete variables, which keep their values between events."""
     state_access: int
     """0: the state cannot be saved; 1: it can be read and set; 2: it can also be serialised."""
     step_done: bool
-    """The solver must report its completed steps."""
+    """The solver must report completed steps."""
     binary: str
     """Path inside the FMU of the binary for this machine."""
     units: dict[str, Unit] = field(default_factory=dict)
@@ -108,7 +108,7 @@ class ModelDescription:
 
 
 def read_model_description(path: Path | str) -> ModelDescription:
-    """Raises HnavValueError with a sentence and a cure for an FMU that an observer cannot take."""
+    """Raises HnavValueError, with the remedy, for an FMU that an observer cannot use."""
     path = Path(path)
     root, names = _read(path)
     fmi = {"2": 2, "3": 3}.get(root.get("fmiVersion", "")[:1])
@@ -189,13 +189,13 @@ def _declared(kind: ElementTree.Element | None, attribute: str) -> str:
 
 
 def _bound(typed: ElementTree.Element, kind: ElementTree.Element | None, attribute: str, none: float) -> float:
-    """Of the variable or of its declared type. The largest number there is, which some tools write for none, is none."""
+    """A limit of the variable or of its declared type. Some tools write the largest double where there is no limit."""
     bound = _number(typed.get(attribute) or _declared(kind, attribute) or None) if typed.tag in REALS else none
     return none if math.isnan(bound) or abs(bound) >= _NO_BOUND else bound
 
 
 def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dict[int, Variable]]:
-    """All of them, and those that are real by their number from 1 (FMI 2) or reference (FMI 3)."""
+    """All variables, and the real ones by number from 1 (FMI 2) or value reference (FMI 3)."""
     declared = {kind.get("name"): kind if fmi == 3 else next(iter(kind), kind) for kind in root.findall("TypeDefinitions/*")}
     variables, order = list[Variable](), dict[int, Variable]()
     for number, element in enumerate(root.findall("ModelVariables/*"), 1):
@@ -223,7 +223,7 @@ def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dic
 def _states(
     path: Path, root: ElementTree.Element, fmi: int, order: dict[int, Variable]
 ) -> tuple[tuple[tuple[Variable, Variable], ...], tuple[frozenset[int] | None, ...]]:
-    """States with their derivatives, and what these depend on."""
+    """States with their derivatives and dependencies."""
     structure = root.find("ModelStructure")
     if structure is None:
         _refuse(path, "has no ModelStructure: export it with a tool that writes one")
@@ -245,7 +245,7 @@ def _states(
 
 
 def _dependencies(listed: str | None, order: dict[int, Variable]) -> frozenset[int] | None:
-    """By reference; a list with an unknown number is ignored."""
+    """Variables by reference; a list with an unknown reference is ignored."""
     if listed is None or not all(number.isdecimal() and int(number) in order for number in listed.split()):
         return None
     return frozenset(order[int(number)].reference for number in listed.split())
@@ -258,7 +258,7 @@ def _indicators(root: ElementTree.Element, fmi: int) -> int:
 
 
 def _platform(fmi: int) -> tuple[str, str]:
-    """The folder of binaries for this machine, and how they end."""
+    """The folder of binaries for this machine, and their suffix."""
     system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
     ending = {"windows": ".dll", "darwin": ".dylib"}.get(system, ".so")
@@ -288,7 +288,7 @@ def _units(root: ElementTree.Element) -> dict[str, Unit]:
             units[unit.get("name", "")] = Unit(
                 float(attributes.get("factor", "1")), float(attributes.get("offset", "0")), dimensions
             )
-            # What people read: its numbers are factor * number + offset of the unit.
+            # The display unit: displayed = factor * value + offset.
             for shown in unit.findall("DisplayUnit"):
                 own = units[unit.get("name", "")]
                 factor, offset = float(shown.get("factor", "1")), float(shown.get("offset", "0"))

@@ -275,6 +275,8 @@ class AhrsReference:
         lasting.lasting, lasting.force = lasting.lasting @ about[:2, :2].T, about @ lasting.force
         lasting.mean_force = about @ lasting.mean_force
         self.tilt_excess.corrected = about[:2, :2] @ self.tilt_excess.corrected
+        vehicle = self.vehicle_tilt
+        vehicle.tilt, vehicle.velocity = about[:2, :2] @ vehicle.tilt, about[:2, :2] @ vehicle.velocity
 
     # ----------------------------------------------------------------------------------------- covariance
 
@@ -336,8 +338,7 @@ class AhrsReference:
                 self.correct_by_field()
             if heading is not None:
                 self.correct_by_heading(*heading)
-        if self.vehicle_tilt.P[0, 0] > 0:
-            self.note_vehicle(rests)
+        self.note_vehicle(rests)
         self.rested = rests
         self.apply(self.error)
         self.lasting.turn(self.velocity, self.error[15], self.error[16])
@@ -428,15 +429,21 @@ class AhrsReference:
             return True
         return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.field_s)
 
-    def note_vehicle(self, rests: bool) -> None:
-        """A rest ends the variance of a vehicle when the field has been constant in body axes for 2 s."""
+    def is_vehicle_at_rest(self, rests: bool) -> bool:
+        """The field has been constant in body axes for 2 s, and the force is vertical."""
         if not self.is_field_still():
             self.still_field.still_s = 0.0
-        if rests and (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
-            self.vehicle_tilt.P[:] = 0
+        if not rests or not (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
+            return False
+        return self.vehicle_tilt.is_level((self.R_bn @ self.rest.mean_force)[:2] / G_M_S2)
+
+    def note_vehicle(self, rests: bool) -> None:
+        if self.lost or not self.vehicle_tilt.P[0, 0] > 0:
             return
+        rest_density2 = self.motion.density2(True) if self.is_vehicle_at_rest(rests) else 0.0
         turn2 = self.o.gyro_noise_rad_per_sqrt_s**2 * self.window_s + self.o.gyro_rate_noise_sqrt_s**2 * self.rate_power
-        self.vehicle_tilt.note(self.rate_power, turn2, self.window_s)
+        gathered = self.velocity - self.lasting.before
+        self.vehicle_tilt.note(gathered, self.error[PHI][:2], self.rate_power, turn2, rest_density2, self.window_s)
 
     def begin_rest(self) -> None:
         """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
@@ -698,7 +705,7 @@ class AhrsReference:
 
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
-        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.P[0, 0] < self.o.ready_tilt_rad**2
+        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
         return bool(small) and not self.lasting.may_accelerate()
 
     def tilt_converged(self, added: float) -> bool:
@@ -709,5 +716,7 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
+        if self.vehicle_tilt.P[0, 0] > 0 and not self.aided:
+            variance += self.vehicle_tilt.square() * (self.M[1] / self.M[0]) ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
         return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)

@@ -309,20 +309,42 @@ class TiltExcess:
 
 
 class VehicleTilt:
-    """Variance of the tilt of one axis if the body were a vehicle, for readiness only; 0 after a rest, or when it turned faster."""
+    """The tilt if the body were a vehicle, for readiness only: covariance of one axis, and its horizon relative to that of the filter."""
 
     def __init__(self, vehicle: bool) -> None:
-        self.P, self.rate2 = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle, 0.0
+        self.P = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle  # of tilt and velocity; 0: no vehicle, it turned faster
+        self.tilt, self.velocity = np.zeros(2), np.zeros(2)  # tilt: by what it adds to the velocity
+        self.rate2, self.stood = 0.0, False
 
-    def note(self, turned2: float, turn2: float, T: float) -> None:
-        """turned2: integral of the squared rate over T; turn2: variance of the rotation by noise."""
+    def square(self) -> float:
+        return float(self.P[0, 0] + self.tilt @ self.tilt)
+
+    def is_level(self, level: Array) -> bool:
+        """Of a force at rest: its horizontal part in units of gravity."""
+        away = level + self.tilt
+        return bool(away @ away < 9 * (self.P[0, 0] + 1e-4))
+
+    def note(self, gathered: Array, correction: Array, turned2: float, turn2: float, rest_density2: float, T: float) -> None:
+        """correction: of the filter about north and east; turned2: integral of the squared rate over T; turn2: variance of the rotation by
+        noise; rest_density2: of the velocity at rest, 0 in motion."""
         self.rate2 += (turned2 - self.rate2 * T) / (2 + T)
         if self.rate2 > 0.5**2:
-            self.P[:] = 0
+            self.P[:] = 0.0
+            self.tilt[:] = 0.0
             return
+        stands = rest_density2 > 0
+        if stands and not self.stood:
+            self.velocity[:] = 0.0
+            self.P = np.diag([self.P[0, 0], 0.01])
+        self.stood = stands
+        self.velocity += gathered + G_M_S2 * T * self.tilt
+        self.tilt += (correction[1], -correction[0])
         flow = np.array([[1.0, 0.0], [G_M_S2 * T, 1.0]])
         P = flow @ self.P @ flow.T + np.diag([turn2, 0.0])
-        self.P = P - np.outer(P[1], P[1]) / (P[1, 1] + LASTING_DENSITY2["car"] / T)
+        gain = P[1] / (P[1, 1] + (rest_density2 if stands else LASTING_DENSITY2["car"]) / T)
+        self.P = P - np.outer(gain, P[1])
+        self.tilt -= gain[0] * self.velocity
+        self.velocity -= gain[1] * self.velocity
 
 
 class MagneticReference:
