@@ -61,7 +61,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
-    if (!o->plant->begin_anew(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->plant->go_to_start(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());

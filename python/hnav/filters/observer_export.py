@@ -282,7 +282,9 @@ def _outputs(observer: Observer, covariance: bool | None) -> Iterator[Row]:
 
 
 def _health(observer: Observer) -> Iterator[Row]:
-    yield Row("ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as told", "boolean")
+    yield Row(
+        "ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as stated", "boolean"
+    )
     yield Row("begun", 0, "begun", "The estimate has begun", "boolean")
     yield Row("repeatable", 0, "repeatable", "The plant answers bit for bit the same to the same question", "boolean")
     for role, text in (
