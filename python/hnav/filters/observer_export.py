@@ -356,6 +356,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
         Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
         for k, (name, text, unit) in enumerate(state)
     ]
+    all_states = tuple(range(first, first + len(state)))
     return made + [
         Row(
             "derivative",
@@ -365,7 +366,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
             causality="local",
             variability="continuous",
             derivative_of=first + k,
-            depends_on=tuple(range(first, first + len(state))),
+            depends_on=all_states,
         )
         for k, (name, text, _) in enumerate(state)
     ]
