@@ -32,15 +32,21 @@ void push_start(ObserverObject* o) {
     if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
 }
 
-std::size_t workspace_bytes(const hnav::observer::PlantSizes& sizes) {
+std::size_t workspace_bytes(const Problem& problem, bool smooths) {
     hnav::Arena count;
-    const Problem counted(count, sizes);
-    const hnav::observer::Workspace work(count, counted);
+    const hnav::observer::Workspace work(count, problem, smooths);
     return count.used();
 }
 
+// With its problem.
+std::size_t memory_bytes(const hnav::observer::PlantSizes& sizes) {
+    hnav::Arena count;
+    const Problem counted(count, sizes);
+    return count.used() + workspace_bytes(counted, false);
+}
+
 bool take_memory(ObserverObject* o) {
-    o->block = hnav::take_block(workspace_bytes(o->plant->sizes));
+    o->block = hnav::take_block(memory_bytes(o->plant->sizes));
     if (!o->block) return false;
     hnav::Arena arena(o->block);
     o->problem.emplace(arena, o->plant->sizes);
@@ -61,7 +67,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
-    if (!o->plant->start_over(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->plant->go_to_start(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());
@@ -71,7 +77,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
 // The numbers of a plan take memory in the workspace and in each place of the queue.
 hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& model,
                          const ObserverObject::FilterOfModel::Settings& settings, const hnav::CallersMessage& caller) {
-    const auto fixed = static_cast<double>(workspace_bytes(o.plant->sizes));
+    const auto fixed = static_cast<double>(workspace_bytes(*o.problem, model.layout().joint_numbers > 0));
     const auto queue = static_cast<double>(ObserverObject::FilterOfModel::bytes(model, settings));
     const double left = hnav::max_filter_bytes - fixed;
     if (queue <= left) return HNAV_OK;
@@ -198,9 +204,7 @@ hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const Ca
     using observer::Workspace;
     twin->plant = of.plant;
     twin->problem.emplace(*of.problem);
-    Arena count;
-    Workspace(count, *twin->problem, true);
-    twin->block = take_block(count.used());
+    twin->block = take_block(workspace_bytes(*twin->problem, true));
     if (!twin->block) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a smoother");
     Arena arena(twin->block);
     Workspace& work = twin->work.emplace(arena, *twin->problem, true);

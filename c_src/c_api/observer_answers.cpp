@@ -188,7 +188,7 @@ hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block bloc
     result.exact = found.exact;
     result.row = found.row;
     result.column = found.column;
-    result.told = found.told;
+    result.stated = found.stated;
     result.measured = found.measured;
     hnav::hand_out(result, proof);
     return HNAV_OK;

@@ -79,7 +79,7 @@ public:
     Answer step_done(const Point& at, bool* wants_event) override { return plant_->step_done(inside(at), wants_event); }
     bool memory_lasts() const override { return plant_->memory_lasts(); }
     double first_event_s() override { return plant_->first_event_s(); }
-    bool start_over(Refusal& why) override { return plant_->start_over(why); }
+    bool go_to_start(Refusal& why) override { return plant_->go_to_start(why); }
     void set_holders(const Holders& h) override { plant_->set_holders(h); }
     int state_of_output(int output) const override { return plant_->state_of_output(output); }
     const char* said() const override { return plant_->said(); }

@@ -260,7 +260,7 @@ bool FmuPlant::restart() {
 
 // One instance exists at a time: some FMUs lose events while there are two. The instance of the derivative check is freed before
 // another is made; an FMU with one instance for each process keeps it.
-bool FmuPlant::start_over(Refusal& why) {
+bool FmuPlant::go_to_start(Refusal& why) {
     if (plan_.once || plan_.never_freed)
         return recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
     free_instance();

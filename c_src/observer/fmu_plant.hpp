@@ -34,7 +34,7 @@ public:
     Answer step_done(const Point& at, bool* wants_event) override;
     bool memory_lasts() const override { return sizes.memory == 0 || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }
-    bool start_over(Refusal& why) override;
+    bool go_to_start(Refusal& why) override;
     // After evaluations elsewhere. False: the instance is lost.
     bool back_at_start() { return running_ && recall(held_) == Answer::ok; }
     const Plan* plan() const { return &plan_; }

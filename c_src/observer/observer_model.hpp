@@ -297,7 +297,7 @@ private:
     double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     bool settle(State& s, double* part) const;
     void gate(State& s, const Event& event, double* inflation) const;
-    double believe(State& s, const Event& event, int sensor) const;
+    double variance_factor(State& s, const Event& event, int sensor) const;
     void forget_time(State& s) const;
     void forget(State& s) const;
     void inflate(double* part, double since_s) const;
@@ -369,7 +369,7 @@ private:
     // hypotheses.cpp
     bool split_near_guard(Run& run, double* part) const;
     bool slope_leads_away(double after_s) const;
-    bool doubt_stiffly(Run& run, const double* part, bool uncertain) const;
+    bool spread_stiffly(Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(Run& run, double* part) const;
     bool split_at_next(Run& run, double* part) const;
     bool split_after_jump(Run& run, double* part, double to_s, double distance) const;

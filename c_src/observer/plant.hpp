@@ -104,7 +104,7 @@ public:
     // Time of the first time event, before any event.
     virtual double first_event_s() { return HUGE_VAL; }
     // The derivatives have been checked, possibly at the cost of the instance: it is at its start again. False: why has the reason.
-    virtual bool start_over(Refusal&) { return true; }
+    virtual bool go_to_start(Refusal&) { return true; }
 
     // The state that an output is, or -1.
     virtual int state_of_output(int) const { return -1; }

@@ -522,7 +522,7 @@ TEST(Observer, FindsDerivativesThatLie) {
     EXPECT_FALSE(proof.exact);
     EXPECT_EQ(proof.row, 1);
     EXPECT_EQ(proof.column, 1);
-    EXPECT_EQ(proof.told, friction);
+    EXPECT_EQ(proof.stated, friction);
     EXPECT_NEAR(proof.measured, -friction, 1e-6);
     EXPECT_TRUE(lies.proof(HNAV_OUTPUTS_BY_STATES).offered);
     EXPECT_FALSE(lies.proof(HNAV_OUTPUTS_BY_STATES).exact);

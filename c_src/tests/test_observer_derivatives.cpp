@@ -199,7 +199,7 @@ TEST(ObserverDerivatives, AWrongDeclarationIsFoundAndNotUsed) {
         EXPECT_EQ(of.plant.evaluations, secret ? 2 * 15 : 10);
         if (!secret) continue;
         EXPECT_EQ(std::make_pair(block.row, block.column), std::make_pair(0, 11));
-        EXPECT_EQ(block.told, 0);
+        EXPECT_EQ(block.stated, 0);
         EXPECT_NEAR(block.measured, 1e-3, 1e-9);
         EXPECT_NEAR(J[11], 1e-3, 1e-9);
     }

@@ -82,7 +82,7 @@ def test_derivatives_that_lie_are_found_and_named(plants, little_fmu):
         proof = observer.proof()
         assert proof["derivatives_by_states"].exact
         assert not proof["outputs_by_states"].exact
-        assert (proof["outputs_by_states"].told, proof["outputs_by_states"].measured) == (0, pytest.approx(1))
+        assert (proof["outputs_by_states"].stated, proof["outputs_by_states"].measured) == (0, pytest.approx(1))
         assert observer.lies() == ["outputs by states: the plant says d x0 / d x0 = 0, differences 1; differences are used"]
     lies = Observer(little_plan(little_fmu, "lies"))
     (sentence,) = lies.lies()

@@ -193,7 +193,7 @@ typedef struct hnav_observer_block_proof {
     int32_t offered; /* by the plant */
     int32_t exact; /* confirmed by differences at five points; otherwise differences are used instead */
     int32_t row, column; /* of the worst element: derivative or output, number of X */
-    double told, measured; /* value of the plant, value by differences */
+    double stated, measured; /* value of the plant, value by differences */
 } hnav_observer_block_proof;
 HNAV_API hnav_status hnav_observer_proof(const hnav_filter* filter, hnav_plant_block block, hnav_observer_block_proof* proof);
 

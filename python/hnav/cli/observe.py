@@ -386,7 +386,7 @@ def print_proof(observer: Observer, write: Callable[[str], None] = say) -> None:
         write("it offers no derivatives: differences are used")
     for name, block in found.items():
         verdict = "right" if block.exact else "wrong, differences are used"
-        write(f"{name.replace('_', ' ')}: {verdict} (worst: stated {block.told:.9g}, differences {block.measured:.9g})")
+        write(f"{name.replace('_', ' ')}: {verdict} (worst: stated {block.stated:.9g}, differences {block.measured:.9g})")
 
 
 def candidates(fmu: ModelDescription) -> list[Variable]:

@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from xml.sax.saxutils import escape, quoteattr
 
 from hnav.io.model_description import DIMENSIONS, Unit
@@ -193,8 +194,12 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
 
     def unknown(element: str, k: int, initial: bool) -> str:
         known = rows[k].depends_on
-        dependencies = None if initial or known is None else " ".join(str(j + 1) for j in known)
+        dependencies = None if initial or known is None else listed_once(tuple(known))
         return f"    <{element}{_attributes(**{place: k + 1}, dependencies=dependencies)}/>"
+
+    @cache  # all derivatives of an observer depend on all its states: thousands of lists with thousands of numbers
+    def listed_once(known: tuple[int, ...]) -> str:
+        return " ".join(str(j + 1) for j in known)
 
     def listed(element: str, wanted: Iterable[int], initial: bool = False) -> list[str]:
         return [unknown(element, k, initial) for k in wanted]
