@@ -98,6 +98,7 @@ class Row(NDArrayOperatorsMixin, list[float]):
         return bool(np.array(self))
 
     def copy(self) -> Any:
+        """The elements as an array of NumPy."""
         return np.array(self)
 
 
