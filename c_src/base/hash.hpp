@@ -1,4 +1,4 @@
-// A hash that finds damage and distinguishes options; it is no protection against forgery.
+// A hash that detects damage and distinguishes options; it does not protect against forgery.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace hnav {
 
-// FNV-1a over 8-byte words, the last one filled up with zeros; start goes on from the hash of what stands before. A product
-// carries bits upwards only, so the shift brings the high ones down: without it the changed signs of two numbers cancel.
+// FNV-1a over 8-byte words, the last one padded with zeros; start continues from the hash of earlier bytes. A product carries
+// bits upward only, so the shift brings the high ones down: otherwise two changed signs would cancel.
 inline std::uint64_t hash(const void* data, std::size_t bytes, std::uint64_t start = 14695981039346656037ull) {
     const auto* place = static_cast<const unsigned char*>(data);
     for (std::size_t left = bytes; left > 0;) {

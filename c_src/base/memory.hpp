@@ -1,5 +1,4 @@
-// Memory of the objects that create calls make. Without exceptions, and aligned for every type: vectors of the processor
-// may stand inside.
+// Memory of the objects that create calls make: without exceptions, and aligned for every type, including vector registers.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +10,9 @@
 
 namespace hnav {
 
-constexpr std::size_t block_alignment = 64; // a line of the cache, and the widest vector
+constexpr std::size_t block_alignment = 64; // a cache line, and the widest vector
 
-// Zeros; null when there is no memory.
+// Zeros; null without memory.
 inline void* take_block(std::size_t bytes) {
     if (bytes > PTRDIFF_MAX - 2 * block_alignment) return nullptr; // no object is larger
     void* taken = std::calloc(1, bytes + block_alignment + sizeof taken);
@@ -32,7 +31,7 @@ inline void release_block(void* block) {
     std::free(taken);
 }
 
-// Null when there is no memory.
+// Null without memory.
 template <class T, class... Arguments>
 T* make_object(Arguments&&... arguments) {
     static_assert(alignof(T) <= block_alignment);

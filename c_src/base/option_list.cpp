@@ -8,7 +8,7 @@
 namespace hnav {
 namespace {
 
-// What every struct of options begins with.
+// The first fields of every struct of options.
 struct Head {
     std::size_t size;
     std::uint64_t stamp;
@@ -80,7 +80,7 @@ Origin origin_of(const OptionList& list, const void* options) {
     const Head head = head_of(options);
     if (head.stamp >> 32 != magic) return Origin::unknown;
     if ((head.stamp >> 24 & 0xff) != (stamp_of(list) >> 24 & 0xff)) return Origin::other_list;
-    // Patches leave the options as they are.
+    // A patch release leaves the options unchanged.
     return head.stamp >> 8 == stamp_of(list) >> 8 && head.size == list.size ? Origin::here : Origin::other_version;
 }
 

@@ -1,5 +1,5 @@
-// A list of options as the library sees it: a row for each field, which says name, range, default and place, and presets
-// as what differs from the defaults. The lists themselves are made from c_src/options.
+// A list of options inside the library: a row for each field with name, range, default and place; presets as differences from
+// the defaults. The lists are generated from c_src/options.
 #pragma once
 
 #include "base/small.hpp"
@@ -11,7 +11,7 @@
 
 namespace hnav {
 
-// A row without what is there for readers; made from the same fields.
+// A row without its description; generated from the same fields.
 struct ShortRow {
     const char* name;
     const double* default_values;
@@ -59,10 +59,10 @@ struct OptionList {
 const OptionRow* option_at(const OptionList& list, int index);
 const hnav_preset_info* preset_at(const OptionList& list, int index);
 
-// Fills the struct: size, stamp, and the values of a preset. Of a preset that the list does not have all is zero, the
-// stamp too.
+// Fills the struct: size, stamp, and the values of a preset; all zero, including the stamp, for a preset that the list does
+// not have.
 void set_defaults(const OptionList& list, int preset, void* options);
-// As a struct; of every list preset 0 is the default.
+// As a struct; preset 0 of every list is the default.
 template <class Options>
 Options made_from(const OptionList& list, int preset = 0) {
     Options options;
@@ -70,11 +70,11 @@ Options made_from(const OptionList& list, int preset = 0) {
     return options;
 }
 
-// The value of one component, as a number whatever its kind.
+// The value of one component as a number, whatever its type.
 double option_value(const OptionRow& row, const void* options, int component);
 void set_option_value(const OptionRow& row, void* options, int component, double value);
 
-// Whether the options were made by the list's own call in a version with the same options; if not, what they are.
+// Whether the options come from the list's own call in a version with the same options; if not, what is wrong.
 enum class Origin { here, unknown, other_list, other_version };
 Origin origin_of(const OptionList& list, const void* options);
 // The version in a stamp.
@@ -83,7 +83,7 @@ struct Version {
 };
 Version version_of(const void* options);
 
-// The first row that the options break, or null. component: which one of an array.
+// The first row whose range the options violate, or null. component: index in an array.
 const OptionRow* find_impossible(const OptionList& list, const void* options, int* component, double* value);
 
 // Over the list and all fields: equal options, equal fingerprint.

@@ -1,5 +1,5 @@
-// Of a function that few samples need: put in the place of its call it would slow down all the others, which save registers for
-// it. The small build decides by size.
+// Marks a function that few samples need: inlined it would slow down the others by saving registers for it. In the small
+// build the compiler decides by size.
 #pragma once
 
 #include "base/small.hpp"

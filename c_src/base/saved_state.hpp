@@ -1,7 +1,7 @@
-// The form in which every object is saved: a header, then the numbers of the object.
+// The format of every saved object: a header, then the numbers of the object.
 //
-// A buffer is loaded only if every bit of it is as it was saved. Header and checksum keep their form in all versions, so
-// that a whole buffer of another version is known for what it is.
+// A buffer is loaded only if its checksum is right. Header and checksum have the same form in all versions, so that a
+// complete buffer of another version is recognised as such.
 #pragma once
 
 #include "base/hash.hpp"
@@ -11,15 +11,15 @@ namespace hnav {
 enum class LoadOutcome {
     ok,
     size,          // not of the size that the object needs
-    damaged,       // some bit is not as it was saved
-    other_version, // whole, but the numbers mean something else
-    other_object   // whole, but of an object with another model or other options
+    damaged,       // the checksum is wrong
+    other_version, // complete, but of another format
+    other_object   // complete, but of an object with another model or other options
 };
 
 struct SavedState {
     std::uint64_t kind;        // of the object: eight letters, see letters()
     std::uint64_t version;     // of its numbers
-    std::uint64_t fingerprint; // of its model and options: equal ones can go on from each other's states
+    std::uint64_t fingerprint; // of its model and options: objects with equal values can load each other's states
     std::size_t numbers_bytes;
 
     static constexpr std::uint64_t letters(const char (&text)[9]) {
@@ -34,14 +34,14 @@ struct SavedState {
     static unsigned char* numbers(void* buffer) { return static_cast<unsigned char*>(buffer) + sizeof(Header); }
     static const unsigned char* numbers(const void* buffer) { return static_cast<const unsigned char*>(buffer) + sizeof(Header); }
 
-    // Puts the header before the numbers, which stand there already.
+    // Writes the header before the numbers, which are already in place.
     void seal(void* buffer) const {
         Header header{kind, version, bytes(), fingerprint, 0};
         header.checksum = checksum(header, numbers(buffer));
         std::memcpy(buffer, &header, sizeof header);
     }
 
-    // Whether the numbers of a buffer of so many bytes may be taken.
+    // Whether the numbers of a buffer of this size can be loaded.
     LoadOutcome check(const void* buffer, std::size_t size) const {
         if (is_of_hnav_0_1(buffer, size)) return LoadOutcome::other_version;
         Header header{};

@@ -1,5 +1,5 @@
-// The small build, for processors with little memory: the attitude filters by their closed forms, in memory of the caller's.
-// CMake says which build this is (HNAV_SMALL); sources ask here, by `if constexpr`.
+// The small build, for processors with little memory: the attitude filters by their closed forms, in memory owned by the
+// caller. CMake sets HNAV_SMALL; sources test this constant by `if constexpr`.
 #pragma once
 
 namespace hnav {
@@ -12,7 +12,7 @@ constexpr bool small_build = false;
 
 } // namespace hnav
 
-// Of a function whose arguments the small build does not use: put in the place of its call it leaves none of them behind.
+// Marks a function whose arguments the small build does not use: inlined it leaves no code for them.
 #ifdef HNAV_SMALL
 #define HNAV_SMALL_INLINE __attribute__((always_inline))
 #else

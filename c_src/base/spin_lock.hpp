@@ -1,4 +1,4 @@
-// A lock for what is short or seldom, of the header of the standard library alone: the library needs no run-time library of C++.
+// A lock for short or rare sections from the header <atomic> alone: the library needs no C++ runtime library.
 #pragma once
 
 #include <atomic>

@@ -22,7 +22,7 @@ struct hnav_aid_sensor : hnav::KeptMessage<160> {
 
 namespace {
 
-// Conditions that involve several options.
+// Conditions on several options.
 hnav_status check_latency(const hnav::CallersMessage& caller, const char* what, double latency_s, double period_s) {
     if (latency_s <= hnav::max_latency_periods * period_s) return HNAV_OK;
     return caller.fail(HNAV_ERROR_OPTION, "%s = %g is more than %g times the period_s = %g", what, latency_s,

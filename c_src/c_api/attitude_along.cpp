@@ -11,7 +11,7 @@ using namespace hnav::boundary;
 
 namespace {
 
-// Of the sigma sqrt(|variance|) of a quantity whose variance changes by `along`.
+// Derivative of sigma = sqrt(|variance|) for a variance that changes by `along`.
 void store_sigma(const Vector3& variance, const Vector3& along, const double* sigma, double* out) {
     for (int i = 0; i < 3; ++i) out[i] = (variance[i] < 0 ? -along[i] : along[i]) / (2 * sigma[i]);
 }

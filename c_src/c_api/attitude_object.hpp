@@ -24,7 +24,7 @@ struct EveryAttitude : hnav_filter {
     Frames frames;
     int sensors = 0; // accepted by the model
     bool backward_hold = false;
-    bool causal_only = false; // has inputs that act on the interval before them, and cannot apply them afterwards
+    bool causal_only = false; // has inputs that act on the interval before them, and cannot apply them later
     bool in_callers_memory = false;
 
     hnav_status take(int sensor, double t_s, const double* value) final;
@@ -58,14 +58,14 @@ protected:
     ~EveryAttitude() = default; // not destroyed through the base: see destroy()
 };
 
-// Not in the small build: whole recordings, and an integrator of the caller.
+// Not in the small build: whole recordings, and a caller's integrator.
 struct WholeAttitude : EveryAttitude {
     // For smoothing: continues from the newest state with time reversed, the next sample at t_s.
     virtual bool turns_back() const = 0;
     virtual void turn_back(double t_s) = 0;
     virtual void prefer_closed_form(bool prefer) = 0;
 
-    // A row of a recording as one event; false: nothing was taken, push its samples separately.
+    // A row of a recording as one event; false: nothing was taken, the samples must be pushed separately.
     virtual bool push_event(const AttitudeEvent& event) = 0;
     // For a row of a recording whose samples have been pushed.
     virtual Outcome advance_row(double t_s) = 0;
@@ -233,7 +233,7 @@ public:
     int nx() const override { return Model::nx; }
     void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
     void nominal_x(double* x) const override { model().nominal(filter_.newest(), x); }
-    int quaternion_at() const override { return 0; } // every model has it in front
+    int quaternion_at() const override { return 0; } // every model has it first
     hnav_status derivative(const double* x, double* dx) const override {
         filter_.derivative(x, dx);
         return HNAV_OK;
@@ -263,7 +263,7 @@ public:
     using Settings = typename Filter<Model>::Settings;
     using Base::Base;
 
-    // Null when there is no memory.
+    // Null without memory.
     static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold, const Settings& settings) {
         auto* self = make_object<AttitudeFilter>(frames, backward_hold);
         if (!self) return nullptr;
@@ -274,7 +274,7 @@ public:
         return self;
     }
 
-    // What make_in needs, wherever the memory begins.
+    // Bytes that make_in needs at any start address.
     static std::size_t bytes(const Model& model, const Settings& settings) {
         return object_bytes + Filter<Model>::bytes(model, settings) + alignment;
     }

@@ -1,4 +1,4 @@
-// The C boundary of the calibration: checks samples and options, and words every refusal.
+// The C boundary of the calibration: checks samples and options, and writes the messages.
 #include "calibration/magnetometer.hpp"
 
 #include "c_api/sized.hpp"
@@ -14,12 +14,12 @@ using hnav::Refusal;
 using hnav::Vector3;
 
 constexpr double deg = M_PI / 180;
-constexpr double wide_gap_rad = 30 * deg; // a sphere without it has samples on all sides
-constexpr double max_reading = 1e12; // in any unit; beyond, squares of squares lose their digits
+constexpr double wide_gap_rad = 30 * deg; // a sphere without such a gap has samples on all sides
+constexpr double max_reading = 1e12; // in any unit; beyond this, fourth powers lose their digits
 
 bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
-// Rows of three NaN are missing; the others are finite and within reason.
+// Rows of three NaN are missing; all others must be finite and within the limit.
 hnav_status check_rows(const hnav::CallersMessage& caller, const char* name, const double* rows, std::size_t n) {
     for (std::size_t i = 0; i < n; ++i) {
         const double* v = rows + 3 * i;

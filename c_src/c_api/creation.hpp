@@ -21,7 +21,7 @@ Frames frames_of(const Options& o) {
 struct Creation : CallersMessage {
     const OptionList& list;
 
-    // Null pointers, the stamp, the range of every field, quaternions of no length.
+    // Checks null pointers, the stamp, the range of every field, and quaternions of zero length.
     template <class Options>
     hnav_status check(hnav_filter** filter, const Options* options) const {
         clear();
@@ -50,7 +50,7 @@ struct Creation : CallersMessage {
         }
     }
 
-    // In so many bytes of the caller's memory.
+    // In memory of the caller with this size.
     template <class Model, class Options>
     hnav_status make_in(void* memory, std::size_t bytes, hnav_filter** filter, const Model& model, const Frames& frames,
                         const Options& o) const {

@@ -31,7 +31,7 @@ typename Filter<Model>::Settings engine_settings(const Options& o, const OptionL
 // first use. Chosen: a gibibyte, a quarter of the memory of small machines.
 constexpr double max_filter_bytes = 1 << 30;
 
-// The queue_capacity that fits into `left` when `capacity` places take `bytes`; a hundredth is kept for what does not grow with them.
+// The queue_capacity that fits into `left` if `capacity` places take `bytes`; a hundredth is kept for the rest.
 inline double capacity_that_fits(int capacity, double bytes, double left) { return std::floor(0.99 * capacity * left / bytes); }
 
 template <class Model>

@@ -1,5 +1,5 @@
-// The C boundary of every filter: life, samples, estimate. Every function checks its arguments, calls the object, and writes a one-line
-// message on failure.
+// The C boundary of every filter: creation, samples, estimate. Every function checks its arguments, calls the object, and
+// writes a one-line message on failure.
 #include "c_api/filter_object.hpp"
 #include "c_api/sized.hpp"
 

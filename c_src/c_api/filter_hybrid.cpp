@@ -6,7 +6,7 @@ using hnav::check_time;
 namespace {
 
 hnav_status check_state(const hnav_filter* f, const double* x) {
-    constexpr double max_state = 1e50; // beyond, products overflow
+    constexpr double max_state = 1e50; // beyond this, products overflow
     const int nx = f->nx(), q = f->quaternion_at();
     for (int i = 0; i < nx; ++i)
         if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);

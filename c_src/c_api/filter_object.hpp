@@ -77,11 +77,11 @@ protected:
     ~WholeObject() = default;
 };
 
-constexpr double max_time_s = 1e12; // beyond, intervals overflow in a covariance
+constexpr double max_time_s = 1e12; // beyond this, intervals overflow in a covariance
 const char* sensor_name(int sensor); // in messages
 
-// Times nearer to 0 than a picosecond are set to 0: elsewhere doubles are farther apart, and here the difference of two of them may
-// be too small to divide by.
+// Times nearer to 0 than a picosecond are set to 0: elsewhere the spacing of doubles is larger, and here a difference of two
+// times may be too small as a divisor.
 inline double clock_time(double t_s) { return std::fabs(t_s) < 1e-12 ? 0 : t_s; }
 
 inline hnav_status check_time(const EveryObject* f, double t_s) {

@@ -14,7 +14,7 @@ static_assert(int(hnav::GammaMode::kl) == HNAV_GAMMA_KL && int(hnav::GammaMode::
 static_assert(int(hnav::Adaptation::corrected) == HNAV_ADAPTATION_CORRECTED);
 static_assert(int(hnav::StartMode::heading) == HNAV_START_HEADING);
 
-// Conditions that involve several fields follow those of each field.
+// Conditions on several fields follow those on single fields.
 hnav_status check(const hnav::Creation& creation, hnav_filter** filter, const hnav_hrekf_options* options) {
     const hnav_status status = creation.check(filter, options);
     if (status == HNAV_OK && options->adaptation_min_rad_s_per_sqrt_s > options->adaptation_max_rad_s_per_sqrt_s)

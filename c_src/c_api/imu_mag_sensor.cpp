@@ -24,7 +24,7 @@ namespace {
 
 static_assert(ImuMagSensor::sensor_count == HNAV_SENSOR_MAG + 1);
 
-// Conditions that involve several options.
+// Conditions on several options.
 template <class Options>
 hnav_status check_time(const hnav::CallersMessage& caller, const char* sensor, const Options& o) {
     if (!(o.jitter_s < 0.5 * o.period_s))

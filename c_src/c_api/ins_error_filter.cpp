@@ -12,7 +12,7 @@
 using hnav::InsErrorFilter;
 using hnav::Refusal;
 
-// One block of memory: this object, then the arenas of the filter, a spare copy of its state, and a row of measurements.
+// One block of memory: this object, the arenas of the filter, a spare copy of its state, and a row of measurements.
 struct hnav_ins_error_filter : hnav::KeptMessage<320> {
     std::optional<InsErrorFilter> filter;
     double* z;
@@ -21,7 +21,7 @@ struct hnav_ins_error_filter : hnav::KeptMessage<320> {
 
 namespace {
 
-// The enumerations are the API's, one to one.
+// The enumerations equal those of the API.
 static_assert(int(hnav::Form::mdkf) == HNAV_INS_ERROR_MDKF && int(hnav::Form::plain) == HNAV_INS_ERROR_PLAIN);
 static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::joint) == HNAV_NOISE_SCALING_JOINT);
 
@@ -135,7 +135,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(settings, data, why))
         return caller.fail(status_of(why), "%s", why.text);
 
-    // Constructed once without memory, to count the bytes.
+    // First constructed without memory, to count the bytes.
     hnav::MatrixArena state_size, work_size;
     InsErrorFilter(state_size, work_size, nullptr, data, settings);
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;

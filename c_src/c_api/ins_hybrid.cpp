@@ -1,4 +1,4 @@
-// The INS for an integrator of the caller: flow and jumps.
+// The INS for a caller's integrator: flow and jumps.
 #include "c_api/ins_object.hpp"
 
 #include <algorithm>
@@ -19,8 +19,8 @@ hnav_status InsObject::derivative_along(const double* x, const double* seed, dou
     return HNAV_OK;
 }
 
-// Late samples lead back before the time of an integrator outside. With a horizon the estimate is therefore integrated inside, and x
-// follows it from event to event.
+// Late samples lead back before the time of an external integrator. With a horizon the estimate is therefore integrated
+// internally, and x follows it from event to event.
 Outcome InsObject::jump(double t_s, const double* x_minus, double* x_plus) {
     flows_outside = true;
     if (!goes_back) return filter.jump(t_s, x_minus, x_plus);

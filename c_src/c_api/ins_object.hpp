@@ -19,9 +19,10 @@ struct InsObject final : hnav_filter {
     Matrix3 mounting = Matrix3::Identity(); // sensor to body axes
     double declination_rad = 0;
     bool goes_back = false; // late samples are accepted
-    bool flows_outside = false; // by an integrator of the caller's
+    bool flows_outside = false; // under a caller's integrator
 
-    // The present estimate; in a hybrid view only the motion flows between events, the rest is that of the last event.
+    // The present estimate; in a hybrid view only the motion is continuous between events, the rest is that of the last
+    // event.
     hnav_navigation navigation() const;
 
     void destroy() override;
@@ -64,10 +65,10 @@ namespace ins_boundary {
 int channel_of(int sensor);
 // Checks a sample of a sensor, max_values as hnav_ins_run_input has them, and turns it into body axes.
 hnav_status sample_of(InsObject* object, double t_s, int channel, const double* value, ins::Sample* sample);
-// Of a state that has been propagated so far beyond its last event, to now_s.
+// The answer for a state propagated beyond its last event to now_s.
 hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
 
-// Shared by recordings: a missing row of rate and force, checks of the arrays, a row of output.
+// Shared by recordings: missing rows of rate and force, checks of the arrays, a row of output.
 bool is_missing(const double* v);
 hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
 void store(const ins::Protection& from, hnav_navigation* to);

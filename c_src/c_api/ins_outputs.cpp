@@ -88,7 +88,7 @@ hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, 
     return status == HNAV_OK ? advanced(f, in.t_s[i], f->advance(clock_time(in.t_s[i]))) : status;
 }
 
-// All outputs except the motion, which alone flows between events of an integrator outside.
+// All outputs except the motion, the only continuous states under an external integrator.
 struct Shown {
     const ins::State& state;
     double ahead_s; // beyond its last event

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <type_traits>
 
-// Of a function that takes an object with a KeptMessage and a pointer to something.
+// For a function with an object that has a KeptMessage, and a pointer.
 #define REQUIRE(object, pointer)                                                                                                 \
     do {                                                                                                                         \
         if (!(object)) return HNAV_ERROR_NULL_ARGUMENT;                                                                          \
@@ -29,8 +29,8 @@
 
 namespace hnav {
 
-// The last message of an object, returned by its message call. Numbers in it would need printf, which is half as large as
-// a filter: the small build has the text of the status.
+// The last message of an object, returned by its message call. Numbers in a message need printf, half as large as a filter:
+// the small build has the text of the status.
 template <std::size_t size>
 struct KeptMessage {
     mutable std::conditional_t<small_build, const char*, char[size]> message = "";
@@ -122,7 +122,7 @@ private:
     }
 };
 
-// Whether a buffer has room for a saved state of so many bytes.
+// Checks that a buffer has the size of a saved state.
 template <class Object>
 hnav_status save_status(const Object& object, std::size_t bytes, std::size_t needed) {
     if (bytes >= needed) return HNAV_OK;
@@ -155,7 +155,7 @@ hnav_status load_status(const Object& object, LoadOutcome outcome, const char* w
     }
 }
 
-// Loads an object whose state is one row of numbers. assign: takes them, or returns false for numbers that are no state.
+// Loads an object whose state is one row of numbers. assign: accepts them, or returns false for an invalid state.
 template <class State, class Object, class Assign>
 hnav_status load_numbers(const Object& object, const SavedState& saved, const void* buffer, std::size_t bytes, const char* what,
                          Assign assign) {

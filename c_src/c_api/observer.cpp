@@ -32,15 +32,21 @@ void push_start(ObserverObject* o) {
     if (o->start_s) o->filter.push({*o->start_s, o->filter.model().start_channel(), &none});
 }
 
-std::size_t workspace_bytes(const hnav::observer::PlantSizes& sizes) {
+std::size_t workspace_bytes(const Problem& problem, bool smooths) {
     hnav::Arena count;
-    const Problem counted(count, sizes);
-    const hnav::observer::Workspace work(count, counted);
+    const hnav::observer::Workspace work(count, problem, smooths);
     return count.used();
 }
 
+// With its problem.
+std::size_t memory_bytes(const hnav::observer::PlantSizes& sizes) {
+    hnav::Arena count;
+    const Problem counted(count, sizes);
+    return count.used() + workspace_bytes(counted, false);
+}
+
 bool take_memory(ObserverObject* o) {
-    o->block = hnav::take_block(workspace_bytes(o->plant->sizes));
+    o->block = hnav::take_block(memory_bytes(o->plant->sizes));
     if (!o->block) return false;
     hnav::Arena arena(o->block);
     o->problem.emplace(arena, o->plant->sizes);
@@ -61,7 +67,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
-    if (!o->plant->begin_anew(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->plant->go_to_start(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());
@@ -71,7 +77,7 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
 // The numbers of a plan take memory in the workspace and in each place of the queue.
 hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& model,
                          const ObserverObject::FilterOfModel::Settings& settings, const hnav::CallersMessage& caller) {
-    const auto fixed = static_cast<double>(workspace_bytes(o.plant->sizes));
+    const auto fixed = static_cast<double>(workspace_bytes(*o.problem, model.layout().joint_numbers > 0));
     const auto queue = static_cast<double>(ObserverObject::FilterOfModel::bytes(model, settings));
     const double left = hnav::max_filter_bytes - fixed;
     if (queue <= left) return HNAV_OK;
@@ -94,7 +100,7 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
     settings.robust_rate_1_s = options.robust_rate_1_s;
     settings.outlier_sigma = options.outlier_sigma;
     settings.time_jump_limit_s = options.time_jump_limit_s;
-    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS;
+    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS || o->plant->sizes.steps;
     if (settings.sigma_points && o->plant->sizes.events)
         return caller.fail(HNAV_ERROR_OPTION,
                            "propagation = sigma_points is for plants without events, and this one has some: take "
@@ -133,7 +139,7 @@ hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known,
     if (status == HNAV_OK) status = create_filter(o, caller);
     if (status != HNAV_OK) return status;
     o->plant->set_holders({o, hnav::each_holder});
-    // Addresses are reused, and another copy of this library in the process has its own counter.
+    // Addresses are reused, and another copy of this library in the process has a separate counter.
     static std::atomic<std::uint64_t> made{0};
     const std::uint64_t own[] = {++made, reinterpret_cast<std::uintptr_t>(o)};
     o->own_number = hnav::hash(own, sizeof own);
@@ -179,12 +185,13 @@ hnav_status status_of(const Refusal& why) {
 
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const ObserverObject*>(context);
-    if (!o->plant->sizes.events) return;
+    if (o->plant->sizes.memory == 0) return;
     const observer::Layout& at = o->layout();
     o->filter.visit_states([&](const RuntimeState& s) {
         for (int i = 0; i < at.parts; ++i) seen(visitor, s.x() + i * at.part_numbers + at.memory);
     });
-    for (int i = 0; i < observer::max_branches; ++i) seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
+    for (int i = 0; o->plant->sizes.events && i < observer::max_branches; ++i)
+        seen(visitor, o->work->branches + i * at.part_numbers + at.memory);
     for (const double* part : {o->work->beginning, o->work->segment, o->work->point}) seen(visitor, part + at.memory);
     for (const observer::PassageMemory& e : o->work->passages) {
         seen(visitor, e.memory);
@@ -197,9 +204,7 @@ hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const Ca
     using observer::Workspace;
     twin->plant = of.plant;
     twin->problem.emplace(*of.problem);
-    Arena count;
-    Workspace(count, *twin->problem, true);
-    twin->block = take_block(count.used());
+    twin->block = take_block(workspace_bytes(*twin->problem, true));
     if (!twin->block) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a smoother");
     Arena arena(twin->block);
     Workspace& work = twin->work.emplace(arena, *twin->problem, true);
@@ -242,7 +247,7 @@ void ObserverObject::log_held(double t_s) const {
     log_trouble(what);
 }
 
-// With the reason, if the plant failed.
+// Adds the plant's reason if it failed.
 hnav_status ObserverObject::log_trouble(const char* what) const {
     if (!trouble.any)
         return fail(HNAV_ERROR_SOLVER,

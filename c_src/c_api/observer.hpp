@@ -29,10 +29,10 @@ struct ObserverObject final : hnav_filter {
 
     // The state's number at this place of the layout.
     double number(int place) const { return filter.newest().x()[place]; }
-    // Instants that have been used or are waiting.
+    // Number of used or queued instants.
     double instants() const { return number(layout().events) + filter.waiting(); }
     const observer::Layout& layout() const { return filter.model().layout(); }
-    // Intervals over the rest of which the plant failed.
+    // Number of intervals whose remainder the plant could not simulate.
     double held() const { return number(layout().counts + observer::Layout::holding); }
     // Advances, and counts dropped instants.
     template <class Move>
@@ -59,7 +59,7 @@ struct ObserverObject final : hnav_filter {
     std::uint64_t dropped = 0;
     hnav_observer_options options{}; // as it was made with
     std::uint64_t fingerprint = 0; // of options and plan
-    std::uint64_t own_number = 0; // no other observer of this process has it
+    std::uint64_t own_number = 0; // unique among the observers of this process
 
     void destroy() override;
     void reset() override;
@@ -121,11 +121,12 @@ inline constexpr std::size_t first_size<hnav_observer_info> = offsetof(hnav_obse
 template <>
 inline constexpr std::size_t first_size<hnav_observer_run_output> = offsetof(hnav_observer_run_output, parts);
 
-// Makes the observer of a plant and takes ownership of it, also on failure.
+// Creates the observer of a plant and owns the plant, also on failure.
 hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& options, observer::Plant* plant,
                           const observer::Statistics& known, std::uint64_t fingerprint, const CallersMessage& caller);
 
-// A second filter for the plant and the options of an observer, from its start, whose states keep joint moments. It shares the plant.
+// A second filter for the plant and the options of an observer, from its start, whose states have joint moments. It shares
+// the plant.
 hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const CallersMessage& caller);
 
 // All holders of discrete states of the plant: every part of every state, and the workspace of the model. context: an observer.

@@ -23,7 +23,7 @@ struct SnapshotHead {
     std::uint64_t observer, dropped;
 };
 
-// For a snapshot of this observer, act takes the header and the following bytes, and returns whether they are complete.
+// For a snapshot of this observer: act receives the header and the following bytes, and returns whether they are complete.
 template <class Act>
 bool with_snapshot(const ObserverObject* o, const void* buffer, std::size_t bytes, Act&& act) {
     SnapshotHead head{};
@@ -32,7 +32,7 @@ bool with_snapshot(const ObserverObject* o, const void* buffer, std::size_t byte
     return act(head, static_cast<const unsigned char*>(buffer) + sizeof head, bytes - sizeof head);
 }
 
-// The snapshot begins or ends to hold the discrete state of the plant.
+// The snapshot begins or ends to own the discrete state of the plant.
 bool hold_states(const ObserverObject* o, const unsigned char* snapshot, std::size_t bytes, int by) {
     const Layout& at = o->layout();
     return o->filter.visit_snapshot(snapshot, bytes, [&](const hnav::RuntimeState& s) {
@@ -188,7 +188,7 @@ hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block bloc
     result.exact = found.exact;
     result.row = found.row;
     result.column = found.column;
-    result.told = found.told;
+    result.stated = found.stated;
     result.measured = found.measured;
     hnav::hand_out(result, proof);
     return HNAV_OK;

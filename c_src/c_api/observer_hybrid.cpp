@@ -1,4 +1,4 @@
-// The observer for an integrator of the caller: flow and jumps.
+// The observer for a caller's integrator: flow and jumps.
 #include "c_api/observer.hpp"
 
 #include <algorithm>

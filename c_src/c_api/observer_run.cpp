@@ -45,7 +45,7 @@ void write_row(const ObserverObject& o, const double* sensors, unsigned failed, 
             row(w.rows, i, m)[k] = used && !std::isnan(sensors[k]) ? o.number(o.layout().of_sensor(k, w.what)) : std::nan("");
 }
 
-// A value of NaN is no sample; any: there is one.
+// NaN is no sample; any: whether there is one.
 hnav_status push_row(ObserverObject* o, const Inputs& in, std::size_t i, bool* any) {
     const auto push = [&](auto* push_one, const double* values, int count) {
         for (int k = 0; values && k < count; ++k) {
@@ -60,14 +60,14 @@ hnav_status push_row(ObserverObject* o, const Inputs& in, std::size_t i, bool* a
     return status ? status : push(hnav_observer_push, in.sensors, o->problem->sensors);
 }
 
-// To the time of a row, whose samples, if it has any, have been pushed.
+// Advances to the time of a row whose samples have been pushed.
 hnav_status advance_row(ObserverObject* o, double t_s, bool any) {
     if (const hnav_status status = hnav::check_time(o, t_s)) return status;
     const double at_s = hnav::clock_time(t_s);
     return hnav::advanced(o, t_s, any ? o->moved([&] { return o->filter.advance_row(at_s); }) : o->advance(at_s));
 }
 
-// A row without a sample becomes an instant too.
+// A row without a sample also becomes an instant.
 bool push_nothing(ObserverObject* o, double t_s) {
     const double nothing = 0;
     const auto& model = o->filter.model();
@@ -85,7 +85,7 @@ hnav_status solve_row(ObserverObject* o, const Inputs& in, std::size_t i, bool e
     return status;
 }
 
-// All rows; smoother (may be null): notes each.
+// Runs all rows; smoother (may be null) records each.
 hnav_status run_rows(ObserverObject* o, std::size_t n, const Inputs& in, const Outputs& out, size_t* rows_done,
                      Smoother* smoother) {
     char first_trouble[sizeof o->message] = "";

@@ -15,10 +15,10 @@ struct ShownAlong {
     Quaternion q = Quaternion::Zero();
     Vector3 rate = Vector3::Zero(), bias = Vector3::Zero(), bias_variance = Vector3::Zero();
     ErrorCovariance covariance = ErrorCovariance::Zero();
-    Vector3 hold_error = Vector3::Zero(); // its square is left out of the covariance: it is of fourth degree in the quaternion
+    Vector3 hold_error = Vector3::Zero(); // its square is omitted from the covariance: it is of fourth degree in the quaternion
 };
 
-// What model shows in one state; gamma and the like do not depend on it.
+// The outputs of one state; gamma and similar ones do not depend on it.
 template <class Model, class State>
 ShownAlong shown_in(const Model& model, const State& s) {
     const Estimate e = model.estimate(s);
@@ -28,7 +28,7 @@ ShownAlong shown_in(const Model& model, const State& s) {
     return {e.q_bn, e.rate_b, e.bias_b, model.bias_variances(s), covariance, hold};
 }
 
-// Adds factor times what two states differ by; turned: factors of what is of first and second degree in the quaternion.
+// Adds factor times the difference of two states; turned: factors of the terms of first and second degree in the quaternion.
 inline void add_difference(const ShownAlong& plus, const ShownAlong& minus, double first, double second, ShownAlong* sum) {
     sum->q += first * (plus.q - minus.q);
     sum->rate += first * (plus.rate - minus.rate);
@@ -40,7 +40,7 @@ inline void add_difference(const ShownAlong& plus, const ShownAlong& minus, doub
     sum->hold_error += second * (plus.hold_error - minus.hold_error);
 }
 
-// At the state s, whose first four numbers are the quaternion; nx: how many there are.
+// At the state s, whose first four numbers are the quaternion; nx: the number of states.
 template <class Model, class State>
 ShownAlong shown_along(const Model& model, const State& s, const double* seed, int nx) {
     ShownAlong along;
@@ -49,7 +49,7 @@ ShownAlong shown_along(const Model& model, const State& s, const double* seed, i
     Quaternion turn = Quaternion(seed) / Quaternion(s.x).norm();
     turn -= q * q.dot(turn); // only the direction of the quaternion is shown
     if (const double size = turn.norm(); size > 0) {
-        // Both have the length sqrt(2), which the model takes out: its products of two components are halves.
+        // Both have the length sqrt(2), which the model removes: its products of two components are halves.
         const Quaternion to = turn / size;
         Eigen::Map<Quaternion>(plus.x) = q + to;
         Eigen::Map<Quaternion>(minus.x) = q - to;

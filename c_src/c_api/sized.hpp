@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-// REQUIRE of a pointer to a struct of the given type, which must know its size.
+// REQUIRE of a pointer to a struct of a type with a size field.
 #define REQUIRE_STRUCT(object, pointer, type)                                                                                    \
     do {                                                                                                                         \
         REQUIRE(object, pointer);                                                                                                \

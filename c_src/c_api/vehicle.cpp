@@ -20,10 +20,10 @@ struct hnav_vehicle : hnav::KeptMessage<160> {
 
 namespace {
 
-// Largest time by which a mean reaches back before the start.
+// Largest averaging time that reaches back before the start.
 constexpr double before_start_s = 1;
 
-// Chosen: fifteen radii of the Earth, and as many radians; gravity, a series in the height, has no numbers much farther out.
+// Chosen: fifteen radii of the Earth, and as many radians; farther out gravity, a series in the height, is not defined.
 constexpr double largest_state = 1e8;
 
 hnav_status check_time(const hnav_vehicle* vehicle, double t_s) {

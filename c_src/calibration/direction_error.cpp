@@ -45,7 +45,7 @@ Freedom freedom_of(Unknowns unknowns, const Matrix13& JtJ) {
     return of;
 }
 
-// JtJ^-1 right within the freedom.
+// JtJ^-1 right within the free unknowns.
 Vector13 solve_within(const Freedom& of, const Matrix13& JtJ, const Vector13& right) {
     Matrix13 information = of.basis.transpose() * JtJ * of.basis;
     for (int k = of.count; k < 13; ++k) information(k, k) = 1; // omitted unknowns are decoupled

@@ -35,8 +35,8 @@ Matrix6 inverse_constraint() {
     return inverse;
 }
 
-// Least squares of the quadric under the constraint: the eigenvector of the only positive eigenvalue of the 6 x 6
-// problem that is left when the linear terms are eliminated (their eq. 15).
+// Least squares of the quadric under the constraint: the eigenvector of the only positive eigenvalue of the 6 x 6 problem
+// that remains after elimination of the linear terms (their eq. 15).
 bool solve_quadric(const Matrix10& S, Ellipsoid* e) {
     const Matrix64 S12 = S.topRightCorner<6, 4>();
     const Eigen::FullPivLU<Eigen::Matrix4d> lu(S.bottomRightCorner<4, 4>());
@@ -52,7 +52,7 @@ bool solve_quadric(const Matrix10& S, Ellipsoid* e) {
     const Eigen::FullPivLU<Matrix3> lu_A(A);
     if (!lu_A.isInvertible()) return false;
     e->centre = -lu_A.solve(linear.head<3>());
-    // Either sign of the eigenvector is the same surface: the division brings A to the sign that makes the right side 1.
+    // Either sign of the eigenvector is the same surface: the division gives A the sign for a right side of 1.
     A /= e->centre.dot(A * e->centre) - linear[3];
     const Eigen::LLT<Matrix3> llt(A);
     if (llt.info() != Eigen::Success) return false;
@@ -99,7 +99,7 @@ Sphere fit_sphere(const Columns& z, double outlier_sigma, double thin, Values& w
             mean += weight[i] / total * z.col(i);
             mean_square += weight[i] / total * z.col(i).squaredNorm();
         }
-        // |z - o|^2 = r^2 is linear in o once the mean is taken off:  2 cov(z, z) o = cov(z, |z|^2).
+        // |z - o|^2 = r^2 is linear in o once the mean is subtracted:  2 cov(z, z) o = cov(z, |z|^2).
         Matrix3 covariance = Matrix3::Zero();
         Vector3 right = Vector3::Zero();
         for (Index i = 0; i < z.cols(); ++i) {

@@ -11,7 +11,7 @@ using Vector13 = VectorOf<13>; // nine elements of M row by row, three of o, sin
 using Matrix13 = SquareOf<13>;
 using Matrix3x13 = Eigen::Matrix<double, 3, 13>;
 
-// with_force: otherwise the second equation has no weight.
+// with_force: without it the second equation has no weight.
 inline void residuals(const Samples& s, const Correction& c, bool with_force, Values& length, Values& angle) {
     const Columns z = s.z(), a = s.a();
     const Values trust = s.trust();
@@ -19,7 +19,7 @@ inline void residuals(const Samples& s, const Correction& c, bool with_force, Va
         const Vector3 p = c.M * (z.col(i) - c.o);
         const double norm = p.norm();
         length[i] = norm - 1;
-        // Of the direction alone: a shrinking M would otherwise satisfy the second equation ever better.
+        // Of the direction alone: a shrinking M would otherwise reduce the residual of the second equation.
         angle[i] = with_force && trust[i] > 0 && norm > 0 ? a.col(i).dot(p) / norm + c.sin_dip : 0;
     }
 }
@@ -79,7 +79,7 @@ struct Equations {
     double length, weight, angle, angle_weight;
 };
 
-// Adds those of d = z - o and the force to the normal equations JtJ step = -Jtr. JtJ: lower triangle, may be null.
+// Adds the equations of d = z - o and the force to the normal equations JtJ step = -Jtr. JtJ: lower triangle, may be null.
 inline void accumulate(const Correction& c, const Vector3& d, const Vector3& force, const Equations& of, Matrix13* JtJ,
                        Vector13& Jtr, const Slopes& slopes = {}) {
     const Vector3 p = c.M * d;
@@ -97,7 +97,7 @@ inline void accumulate(const Correction& c, const Vector3& d, const Vector3& for
     Jtr += of.angle_weight * of.angle * J_angle;
 }
 
-// The same of the samples from begin to end.
+// The same for the samples from begin to end.
 inline void accumulate(const Samples& s, const Correction& c, Index begin, Index end, Matrix13& JtJ, Vector13& Jtr,
                        const Slopes& slopes = {}) {
     for (Index i = begin; i < end; ++i)

@@ -43,7 +43,9 @@ public:
     // Twice the logarithm of the ratio of the likelihoods with and without steps.
     double twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_); }
     Vector mean() const { return factor_.template solve<1>(sum_); }
-    Square<count> covariance() const { return factor_.template solve<count>(typename Cholesky<count>::template Rows<count>(Square<count>::Identity())); }
+    Square<count> covariance() const {
+        return factor_.template solve<count>(typename Cholesky<count>::template Rows<count>(Square<count>::Identity()));
+    }
 
 private:
     Vector sum_;

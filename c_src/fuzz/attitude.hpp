@@ -131,22 +131,38 @@ inline void look(const hnav_filter* filter) {
     for (int i = 0; i < nx; ++i) HOLDS(nominal[i] > 0);
 }
 
-// A body at rest in mid latitudes, slightly turned: samples that no filter has reason to refuse.
-inline hnav_status push_good(hnav_filter* filter, double t_s) {
-    const double rate[3] = {1e-3, -2e-3, 5e-4}, force[3] = {0.4, -0.3, -9.79}, field[3] = {2.0e-5, 1.0e-6, 4.3e-5};
-    const hnav_status status = hnav_filter_push_imu(filter, t_s, rate, force);
-    return status == HNAV_OK ? hnav_filter_push_mag(filter, t_s, field) : status;
+// Samples of a body at rest in mid latitudes, slightly turned, that no filter has reason to refuse.
+inline hnav_status push_good_imu(hnav_filter* filter, double t_s) {
+    const double rate[3] = {1e-3, -2e-3, 5e-4}, force[3] = {0.4, -0.3, -9.79};
+    return hnav_filter_push_imu(filter, t_s, rate, force);
 }
 
-// Whatever came before: once time is beyond all that was seen, a good sample enters, after one advance where the queue is
-// full. That advance may fail: it drops all that it failed over.
-inline void enters(hnav_filter* filter, double latest_s, double t_s) {
-    hnav_status status = push_good(filter, t_s);
+inline hnav_status push_good_mag(hnav_filter* filter, double t_s) {
+    const double field[3] = {2.0e-5, 1.0e-6, 4.3e-5};
+    return hnav_filter_push_mag(filter, t_s, field);
+}
+
+inline hnav_status push_good(hnav_filter* filter, double t_s) {
+    const hnav_status status = push_good_imu(filter, t_s);
+    return status == HNAV_OK ? push_good_mag(filter, t_s) : status;
+}
+
+// Pushes; where the queue is full, again after an advance to advance_s. That advance may fail: it drops all that it failed over.
+inline hnav_status push_with_advance(hnav_status (*push)(hnav_filter*, double), hnav_filter* filter, double t_s,
+                                     double advance_s) {
+    hnav_status status = push(filter, t_s);
     if (status == HNAV_ERROR_QUEUE_FULL) {
-        hnav_filter_advance(filter, latest_s);
-        status = push_good(filter, t_s);
+        hnav_filter_advance(filter, advance_s);
+        status = push(filter, t_s);
     }
-    HOLDS(status == HNAV_OK);
+    return status;
+}
+
+// After any calls, good samples later than all others enter. latest_s: the time of the others. After clocks were set, each
+// sensor may need a place of its own in the queue.
+inline void enters(hnav_filter* filter, double latest_s, double t_s) {
+    HOLDS(push_with_advance(push_good_imu, filter, t_s, latest_s) == HNAV_OK);
+    HOLDS(push_with_advance(push_good_mag, filter, t_s, t_s) == HNAV_OK);
 }
 
 inline void takes_good_sample(hnav_filter* filter, double latest_s) {

@@ -1,8 +1,8 @@
-// A sample and the event it belongs to. This layer has time and channels; what a channel measures is the model's.
+// A sample and the event it belongs to. This layer has times and channels; the model defines what a channel measures.
 //
-// All samples of one instant are one event: the model corrects them together, so the order of their arrival cannot matter.
-// How many channels there are and how many values a reading has is the model's too, known when it is compiled (FixedEvent)
-// or only when it is made (RuntimeEvent). Events hold eight-byte numbers only, so that they are saved as they stand.
+// All samples of one instant form one event: the model corrects with them together, so the order of their arrival has no
+// effect. The model also defines the number of channels and of values of a reading, at compile time (FixedEvent) or at
+// creation (RuntimeEvent). Events contain eight-byte numbers only, so that they can be saved bytewise.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace hnav {
 
-constexpr int max_channels = 63; // bits of Event::present; the last one says that a new time base begins
+constexpr int max_channels = 63; // bits of Event::present; the last one marks the begin of a new time base
 constexpr std::uint64_t new_time_base = std::uint64_t{1} << max_channels;
 
 template <int channels, int values>
@@ -19,7 +19,7 @@ struct FixedEvent {
     static_assert(channels <= max_channels);
     static constexpr int channel_count = channels;
 
-    // One reading of one channel. Channels are numbered in the order in which samples of equal time are to act.
+    // One reading of one channel. Channels are numbered in the order in which simultaneous samples take effect.
     struct Sample {
         double t_s;
         int channel;
@@ -39,13 +39,13 @@ struct FixedEvent {
     }
 };
 
-// The head of an event whose values, as many for each channel, stand behind it in memory.
+// The head of an event; its values, the same number for each channel, follow it in memory.
 class RuntimeEvent {
 public:
     struct Sample {
         double t_s;
         int channel;
-        const double* value; // as many as a reading has
+        const double* value; // number of values of a reading
     };
 
     double t_s;

@@ -12,15 +12,15 @@
 
 namespace hnav {
 
-// Sizes: see sizes.hpp. A base class, because a size that is known when compiled is to take no room.
+// Sizes: see sizes.hpp. It is a base class, so that sizes known at compile time take no memory.
 template <class Sizes>
 class EventQueue : private Sizes {
 public:
     using Event = typename Sizes::Event;
     using State = typename Sizes::State;
 
-    // States are fewer than events: the solved ones, which follow each other, stand in a ring, and the free one behind them is
-    // there for the caller.
+    // There are fewer states than events: the states of solved events, which are consecutive, form a ring; the free one
+    // behind them is for the caller.
     static constexpr bool has_ring = Sizes::states > 0;
 
     static std::size_t bytes(const Sizes& sizes, int capacity) {
@@ -29,7 +29,7 @@ public:
                static_cast<std::size_t>(places_for(capacity)) * sizeof(unsigned char*);
     }
 
-    // memory: so many bytes, aligned for doubles; stays the caller's.
+    // memory: of the given size, aligned for doubles; owned by the caller.
     void create(void* memory, const Sizes& sizes, int capacity) {
         static_cast<Sizes&>(*this) = sizes;
         auto* const slots = static_cast<unsigned char*>(memory);
@@ -55,7 +55,7 @@ public:
     State& after(int i) { return *reinterpret_cast<State*>(state_place(i)); }
     const State& after(int i) const { return *reinterpret_cast<const State*>(state_place(i)); }
 
-    // A number of the state after an event that stays with its slot, for the caller's use; 0 at first.
+    // A number that stays with the slot of the state after an event, for the caller's use; initially 0.
     std::uint64_t& tag(int i) {
         if constexpr (has_ring) return tags_[ring_index(i)];
         else return *reinterpret_cast<std::uint64_t*>(state_place(i) + this->state_bytes());
@@ -63,11 +63,11 @@ public:
 
     void mark_solved() { ++solved_; }
 
-    // Puts a sample into the event of its instant, or opens one; an event bears the earliest stamp of its samples, so that their
-    // order does not matter. Events before `from` are closed. Null: no room.
+    // Puts a sample into the event of its instant, or opens an event, whose time is the earliest stamp of its samples, so
+    // that their order has no effect. Events before `from` are closed. Null: no room.
     Event* insert(const typename Event::Sample& sample, double t_s, int from) {
         const double near_s = sample_instant_s(t_s);
-        // What almost every sample is: the companion of the newest, in the only event of its time.
+        // The most frequent case: the sample belongs to the newest event, the only one of its time.
         if (size_ > from && solved_ < size_) {
             Event& newest = event(size_ - 1);
             if (newest.t_s == t_s && !newest.has(sample.channel) && event(size_ - 2).t_s < t_s - near_s) {
@@ -75,10 +75,11 @@ public:
                 return &newest;
             }
         }
-        // Search from the newest end.
+        // Searches from the newest end.
         int place = size_;
         while (place > from && event(place - 1).t_s > t_s + near_s) --place;
-        // A second sample of a channel in one instant opens another event behind, so the first event that lacks it is it.
+        // A second sample of a channel at one instant opens another event behind; the sample goes into the first event that
+        // lacks its channel.
         int earliest = place;
         for (int i = place - 1; i >= from && event(i).t_s >= t_s - near_s && !event(i).has(sample.channel); --i) earliest = i;
         if (earliest < place) {
@@ -94,10 +95,10 @@ public:
         return &event(place);
     }
 
-    // Opens the place behind the last event; its event and state are the caller's to write.
+    // Opens the place behind the last event; the caller writes its event and state.
     void append() { open(size_); }
 
-    // The freed slot is the next to be opened, while it is still in the cache.
+    // The freed slot is opened next, while it is still in the cache.
     void remove_first() {
         unsigned char* const freed = order_[first_];
         first_ = index(1);
@@ -118,13 +119,13 @@ public:
 
 private:
     static int states_for(int capacity) { return has_ring ? Sizes::states : capacity; }
-    // A power of two, so that an index that runs over begins again by leaving a bit out.
+    // A power of two, so that a mask wraps an index.
     static int places_for(int capacity) {
         int places = 1;
         while (places < capacity) places *= 2;
         return places;
     }
-    // An event, and where states are as many the state and its tag behind it.
+    // An event; behind it its state and tag, if there are as many states as events.
     std::size_t slot_bytes() const { return this->event_bytes() + (has_ring ? 0 : this->state_bytes() + sizeof(std::uint64_t)); }
     unsigned char* slot(int i) const { return order_[index(i)]; }
 
@@ -136,7 +137,7 @@ private:
 
     int index(int i) const { return (first_ + i) & last_place_; }
 
-    // The time of an event at this place, which the one before it bounds.
+    // Clamps the time of an event at this place to that of the one before.
     double not_before(int place, double t_s) const { return place > 0 ? std::max(event(place - 1).t_s, t_s) : t_s; }
 
     // Moves pointers, never slots.

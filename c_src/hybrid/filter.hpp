@@ -1,10 +1,10 @@
-// A hybrid filter: the estimate flows between events and jumps at them.
+// A hybrid filter: the estimate is integrated between events and corrected at them.
 //
-// Commit at events, look ahead between them: the estimate is kept just after each event; what is shown at a time t is a
-// copy that has coasted there. So the same samples give the same bits whatever times are asked for, and a saved filter
-// is numbers only.
+// It commits at events and looks ahead between them: the estimate is kept just after each event; the estimate shown at a time
+// t is a copy that is propagated to t. The same samples therefore give the same bits whichever times are requested, and a
+// saved filter consists of numbers only.
 //
-// The mathematics is the model's; model_concept.hpp lists what a model is.
+// The model contains the mathematics; model_concept.hpp lists what a model must provide.
 #pragma once
 
 #include "base/instant.hpp"
@@ -35,15 +35,15 @@ public:
 
     struct Settings {
         Propagator::Settings propagator;
-        bool closed_form = false; // use Model::flow_exactly, if there is one; the propagator is not made
+        bool closed_form = false; // use Model::flow_exactly, if it exists; no propagator is made
         double atol = 1e-8; // relative to Model::nominal
-        double horizon_s = 0; // a sample may be this much older than the newest used one
-        double time_jump_limit_s = 0; // a stamp that runs back further begins a new time base; 0: none does
-        int queue_capacity = 64; // events, the base included
+        double horizon_s = 0; // largest age of a sample relative to the newest used one
+        double time_jump_limit_s = 0; // a stamp that decreases by more begins a new time base; 0: never
+        int queue_capacity = 64; // number of events, including the base
         std::uint64_t fingerprint = 0; // of the options: saved states fit filters of equal fingerprint
     };
 
-    // Samples that never entered.
+    // Numbers of samples that were not used.
     struct Refused {
         std::uint64_t late, non_finite, zero;
     };
@@ -53,7 +53,7 @@ public:
     Filter& operator=(const Filter&) = delete;
     ~Filter() { release_block(memory_); }
 
-    // False: no memory, settings that no solver takes, or a closed form that the model does not have.
+    // False: no memory, settings outside a solver's range, or a closed form that the model does not have.
     bool create(const Model& model, const Settings& settings) {
         if (settings.closed_form && !Model::has_closed_form) return false;
         memory_ = take_block(bytes(model, settings));
@@ -62,7 +62,7 @@ public:
         return settings.closed_form || make_propagator();
     }
 
-    // The same by the closed form alone, in memory that stays the caller's: so many bytes of zeros, aligned for doubles.
+    // The same with the closed form only, in memory owned by the caller: zeros of the given size, aligned for doubles.
     static std::size_t bytes(const Model& model, const Settings& settings) {
         const Sizes sizes = sizes_of(model);
         return queue_bytes(sizes, settings.queue_capacity) +
@@ -98,7 +98,7 @@ public:
         restart_chain(now_, begun);
     }
 
-    // Takes a sample in. It acts at the next advance that reaches its time.
+    // Queues a sample. It takes effect at the first advance that reaches its time.
     Outcome push(const Sample& sample) {
         if constexpr (!has_fixed_size<Model>)
             if (same_instant(sample.t_s, stamps_.last_s(sample.channel)) && has_again(sample)) return Outcome::ok;
@@ -116,8 +116,8 @@ public:
         return event ? Outcome::ok : Outcome::full;
     }
 
-    // All samples of a stamp that comes after every other, as push of one after the other. False: nothing was taken, because one
-    // of them needs a closer look.
+    // Queues all samples of a stamp that is later than every other, with the effect of separate pushes. False: nothing was
+    // queued, because one of them needs the checks of push.
     bool push_event(const Event& event) {
         static_assert(has_fixed_size<Model>);
         const double t_s = event.t_s + stamps_.offset_s();
@@ -131,17 +131,17 @@ public:
         return true;
     }
 
-    // Room for `count` more samples, whatever their times.
+    // Reserves `count` more samples, whatever their times.
     bool has_room(int count) const { return queue_.size() + count <= settings_.queue_capacity; }
 
-    // Uses the samples up to t_s and shows the estimate there. Events that lead to no sound state are dropped, all of
-    // them now: those that wait would fill the queue while each advance dropped one.
+    // Uses the samples up to t_s and shows the estimate there. All events without a valid state are dropped at once:
+    // otherwise the waiting ones would fill the queue while each advance dropped one.
     Outcome advance(double stamp_s) {
         const double t_s = stamp_s + stamps_.offset_s();
         return runs_back(t_s) ? Outcome::backwards : advance_to(t_s);
     }
 
-    // The same without the look-ahead: until advance(stamp_s) is called too, the estimate just after the newest event is shown.
+    // The same without the look-ahead: the estimate just after the newest event is shown until advance(stamp_s) is called.
     Outcome commit(double stamp_s) {
         const double t_s = stamp_s + stamps_.offset_s();
         if (runs_back(t_s)) return Outcome::backwards;
@@ -151,8 +151,8 @@ public:
         return outcome;
     }
 
-    // For a row of a recording, whose samples have been pushed: rows that share a stamp stand for the times that their
-    // samples are spread to, and one of a stamp beyond belief for none.
+    // For a row of a recording whose samples have been pushed: rows that share a stamp have the times over which their
+    // samples are spread; a row with an implausible stamp has none.
     Outcome advance_row(double stamp_s) {
         using Place = typename decltype(stamps_)::Place;
         switch (stamps_.last()) {
@@ -163,7 +163,7 @@ public:
     }
 
     int nx() const { return nx_of(model_); }
-    // Times are given and shown as the stamps of samples have them.
+    // Times are given and shown in the clock of the samples' stamps.
     double now_s() const { return stamp_of(now_); }
     const State& shown() const { return *view_; } // at now_s
     const State& newest() const { return queue_.after(queue_.solved() - 1); } // just after the newest used event
@@ -171,18 +171,18 @@ public:
     double late_limit_s() const { return stamp_of(late_limit_); } // older samples are refused
     int waiting() const { return queue_.size() - queue_.solved(); }
     const Model& model() const { return model_; }
-    // The time of the filter itself, which never runs back, and that of its newest used event.
+    // The filter's own time, which never decreases, and that of its newest used event.
     double stamp_of(double time_s) const { return time_s - stamps_.offset_s(); }
     double newest_time_s() const { return queue_.event(queue_.solved() - 1).t_s; }
-    // How far what is shown lies beyond the newest used event.
+    // Time from the newest used event to the shown estimate.
     double looked_ahead_s() const { return now_ - newest_time_s(); }
-    // The filter's time of the last advance or jump. With an integrator outside, what is not continuous is given for it: it
-    // changes at events only.
+    // The filter's time of the last advance or jump. Under an external integrator, quantities that are not continuous states
+    // are shown for this time: they change at events only.
     double event_now_s() const { return event_now_; }
     const auto& stamps() const { return stamps_; }
     const Propagator& propagator() const { return propagator_; }
 
-    // Every state that there may be, also those that are over.
+    // Calls visit for every state in memory, also for unused ones.
     template <class Visit>
     void visit_states(Visit&& visit) const {
         for (int i = 0; i < settings_.queue_capacity; ++i) visit(queue_.after(i));
@@ -190,7 +190,7 @@ public:
         visit(*spare_);
     }
 
-    // Changes the newest state by hand (a command, not a sample) and closes every event before it.
+    // Changes the newest state by a command (not a sample) and closes every event before it.
     template <class Change>
     void change(Change&& apply) {
         while (queue_.solved() > 1) queue_.remove_first();
@@ -200,7 +200,8 @@ public:
         show_copy(state);
     }
 
-    // The newest state notes what does not change the estimate: what an integrator outside has met. Answers as `act` does.
+    // Notes in the newest state something that does not change the estimate, such as an event found by an external
+    // integrator. Returns the result of `act`.
     template <class Act>
     bool note(Act&& act) {
         const bool shows_newest = view_ == &newest();
@@ -210,7 +211,7 @@ public:
         return act(queue_.after(0));
     }
 
-    // By the closed form although there is a propagator, where the model has one.
+    // Uses the closed form although there is a propagator, if the model has one.
     void prefer_closed_form(bool prefer) { prefers_closed_form_ = prefer; }
 
     // -------------------------------------------------------------------------------------------- hybrid view
@@ -221,7 +222,7 @@ public:
         return waiting() ? stamp_of(queue_.event(queue_.solved()).t_s) : std::numeric_limits<double>::infinity();
     }
 
-    // The events up to t_s act on the state x_minus, which an integrator of the caller has brought to t_s.
+    // Applies the events up to t_s to the state x_minus, which the caller's integrator has propagated to t_s.
     Outcome jump(double stamp_s, const double* x_minus, double* x_plus) {
         const double t_s = stamp_s + stamps_.offset_s();
         while (queue_.solved() > 1) queue_.remove_first();
@@ -240,7 +241,7 @@ public:
         int used = 0;
         while (used < waiting() && queue_.event(1 + used).t_s <= through(t_s)) {
             const Event& event = queue_.event(1 + used);
-            // The integrator did not know this event: inputs that act on the interval before it are put in now.
+            // The integrator did not have this event's inputs of the interval before it: they are applied now.
             if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
             model_.jump(state, event);
             ++used;
@@ -279,7 +280,8 @@ public:
         saved_state().seal(buffer);
     }
 
-    // The filter is untouched unless the buffer is whole and made by a filter with the same model and options.
+    // Loads a saved state. The filter is unchanged unless the buffer is complete and from a filter with the same model and
+    // options.
     LoadOutcome load(const void* buffer, std::size_t size) {
         const LoadOutcome outcome = saved_state().check(buffer, size);
         if (outcome != LoadOutcome::ok) return outcome;
@@ -299,8 +301,8 @@ public:
         return LoadOutcome::ok;
     }
 
-    // The same for this filter itself, or one of equal options in this program: as long as the events there are, without a
-    // check of every bit, and with the solved states, so that none is solved again. A microsecond.
+    // The same for this filter itself, or one with equal options in this process: its length depends on the queued events, it
+    // has no checksum, and it contains the solved states, so that none is computed again. Takes about a microsecond.
     std::size_t snapshot_size() const {
         return sizeof(Kept) + (1 + queue_.solved()) * queue_.sizes().state_bytes() + queue_.size() * queue_.sizes().event_bytes();
     }
@@ -313,7 +315,8 @@ public:
         for (int i = 0; i < queue_.solved(); ++i) place = put(place, &queue_.after(i), queue_.sizes().state_bytes());
     }
 
-    // Every state in a snapshot, one after the other in the same place. False: no snapshot of such a filter.
+    // Calls act for every state in a snapshot, one after the other in the same memory. False: not a snapshot of such a
+    // filter.
     template <class Visit>
     bool visit_snapshot(const void* buffer, std::size_t size, Visit&& visit) const {
         Kept kept;
@@ -329,7 +332,7 @@ public:
         return true;
     }
 
-    // False: no snapshot of such a filter; it is as it was.
+    // False: not a snapshot of such a filter, which is unchanged.
     bool restore_snapshot(const void* buffer, std::size_t size) {
         Kept kept;
         const unsigned char* place = open_snapshot(buffer, size, &kept);
@@ -355,13 +358,13 @@ private:
     using Queue = EventQueue<Sizes>;
     using Real = model_concept::Real<Model>;
     static constexpr double min_interval_s = 1e-12;
-    // What an integrator does costs time in proportion to the turns of an interval, and brings nothing that the closed form
-    // does not have where a model has one. A look-ahead is asked for again and again while samples are missing, each time
-    // from the newest event on: beyond a second it costs what a short one does. An event is committed once: the integrator
-    // crosses all but the long gaps, within a millisecond or so, whatever the gap.
+    // Longest interval in s for the integrator. Its cost is proportional to the turns within an interval, and it adds nothing
+    // to a closed form where a model has one. A look-ahead is repeated while samples are missing, each time from the newest
+    // event on: beyond a second it takes the closed form. An event is committed once: the integrator takes all but the long
+    // gaps, within about a millisecond.
     static constexpr double max_look_ahead_s = 1, max_commit_s = 10;
-    // The same against rates beyond all sense: ten seconds of five turns a second. The fuzzer is to see both sides, and has
-    // no time.
+    // The same limit for absurd rates: ten seconds at five turns a second. Small for the fuzzer, which must reach both sides
+    // quickly.
 #ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
     static constexpr long max_steps_beside_closed_form = 10000;
 #else
@@ -371,7 +374,7 @@ private:
     using Context = FlowContext<Model>;
     using Timing = Stamps<Event::channel_count, !has_fixed_size<Model>>;
 
-    // What is saved beside the state of the base, the shown one and the events.
+    // Saved beside the state of the base, the shown one and the events.
     struct Kept {
         double now, event_now, late_limit;
         Refused refused;
@@ -397,7 +400,7 @@ private:
                kept.solved <= kept.events;
     }
 
-    // What stands behind kept, or null.
+    // The bytes behind the header of a snapshot, or null.
     const unsigned char* open_snapshot(const void* buffer, std::size_t size, Kept* kept) const {
         if (size < sizeof *kept) return nullptr;
         const unsigned char* place = get(static_cast<const unsigned char*>(buffer), kept, sizeof *kept);
@@ -415,7 +418,7 @@ private:
         propagator_.set_counts(kept.rhs_evals, kept.steps);
     }
 
-    // Models differ in the sizes of their states and events, and options in their fingerprint.
+    // Models differ in the sizes of states and events, options in their fingerprint.
     SavedState saved_state() const {
         const std::size_t event = queue_.sizes().event_bytes(), state = queue_.sizes().state_bytes();
         const std::size_t sizes[] = {state, event};
@@ -428,12 +431,12 @@ private:
     }
 
     bool sound(const State& state) const {
-        // No NaN and no infinity leaves a sum of squares; and numbers whose squares overflow have no length.
+        // A sum of squares is finite only if no number is NaN or infinite; numbers whose squares overflow are refused too.
         const Eigen::Map<const Eigen::Matrix<Real, compiled_nx<Model>(), 1>> x(x_of(state), nx());
         return std::isfinite(x.squaredNorm()) && model_.plausible(state);
     }
 
-    // The chain of events begins with a base that stands for all that went before.
+    // The chain of events begins with a base, which stands for the whole past.
     void restart_chain(double t_s, const State& state) {
         queue_.clear();
         queue_.append();
@@ -449,7 +452,7 @@ private:
         view_ = &coasted();
     }
 
-    // What has coasted beyond the events; in a ring of states the free one behind the solved.
+    // The state propagated beyond the events; in a ring of states the free one behind the solved ones.
     State& coasted() {
         if constexpr (Queue::has_ring) return queue_.after(queue_.solved());
         else return *coasted_;
@@ -460,12 +463,12 @@ private:
         else return *spare_;
     }
 
-    // The first event has no time before it: its interval is infinite, and the state begins there. Left to the closed form is
-    // an interval beyond longest_s, and one with more turns than an integrator can follow (a rate beyond all sense): a failure,
-    // or numbers without bound, would come back with every later sample, because the interval only grows. So is one of no
-    // length to speak of: a solver keeps its step for the next interval and multiplies the two, and a product that
-    // underflows says to it that time runs back, now and ever after. False: a model without a closed form is still where
-    // it was, but for the shortest intervals, which one step of Euler crosses as well as any other way.
+    // Propagates over an interval. The first event begins the state: its interval is infinite. The closed form takes
+    // intervals longer than longest_s and those with more turns than an integrator can follow (an absurd rate): a failure
+    // there would recur with every later sample, because the interval only grows. It also takes intervals of negligible
+    // length: a solver multiplies its step by the next interval, and a product that underflows makes its time run backward
+    // for good. False: a model without a closed form is unchanged, except over the shortest intervals, for which one Euler
+    // step suffices.
     bool flow_over(State& state, double interval_s, double longest_s) {
         if (!(interval_s > 0) || std::isinf(interval_s) || !model_.flows(state)) return true;
         if constexpr (Model::has_closed_form) {
@@ -485,8 +488,8 @@ private:
         }
     }
 
-    // What is not crossed as a whole is crossed in shorter pieces as far as they go; over the rest the model holds what it has, if it
-    // does that. before: the state, in another place.
+    // If the whole interval fails, it is tried in shorter pieces; over the rest the model holds its estimate, if it can.
+    // before: the state before, in other memory.
     bool flow_or_hold(State& state, const State& before, double interval_s, double longest_s) {
         const bool whole = flow_over(state, interval_s, longest_s);
         if constexpr (may_hold<Model>) {
@@ -500,7 +503,7 @@ private:
         return whole;
     }
 
-    // From the spare state, which goes along with every piece that is crossed. Answers how far it has come.
+    // Continues from the spare state, which is updated after every completed piece. Returns the completed time.
     bool flow_over_piece(State& state, double length_s, double longest_s) {
         copy(state, *spare_);
         if (!flow_over(state, length_s, longest_s) || !sound(state)) return false;
@@ -508,7 +511,7 @@ private:
         return true;
     }
     double flow_in_pieces(State& state, double interval_s, double longest_s) {
-        constexpr int most_pieces = 24; // a plant that fails late costs as many intervals at most
+        constexpr int most_pieces = 24; // a plant that fails late costs at most so many intervals
         double done_s = 0, piece_s = 0.5 * interval_s;
         for (int k = 0; k < most_pieces && done_s < interval_s; ++k) {
             const double length_s = std::min(piece_s, interval_s - done_s);
@@ -518,7 +521,7 @@ private:
         return done_s;
     }
 
-    // False: the state is as it was.
+    // False: the state is unchanged.
     bool integrate(State& state, double interval_s) {
         const Context context{&model_, &state};
         std::memcpy(spare_x_, x_of(state), nx() * sizeof(double));
@@ -527,7 +530,7 @@ private:
         return false;
     }
 
-    // A model with ways of its own takes one where the options say so, or where the integrator does not get on.
+    // Uses a model's own solver if the options require it, or if the integrator makes no progress.
     bool integrate_or_as_the_model_does(State& state, double interval_s) {
         if (model_.by_points()) {
             return model_.flow_by_points(state, interval_s, propagator_) && sound(state);
@@ -552,11 +555,11 @@ private:
         return true;
     }
 
-    // The end of the instant of t_s: what is stamped up to it has come by t_s.
+    // The end of the instant of t_s: all samples with stamps up to it are included.
     static double through(double t_s) { return t_s + sample_instant_s(t_s); }
     static bool same_instant(double a_s, double b_s) { return std::fabs(a_s - b_s) <= sample_instant_s(a_s); }
 
-    // A row that comes twice is no burst.
+    // A repeated row is no burst.
     bool has_again(const Sample& sample) const {
         const double t_s = sample.t_s + stamps_.offset_s();
         for (int i = queue_.size() - 1; i >= 0 && queue_.event(i).t_s >= t_s - sample_instant_s(t_s); --i) {
@@ -568,10 +571,11 @@ private:
         return false;
     }
 
-    // A state has been written: no other slot has the same seldom part.
+    // A state was written: its slow part differs from that of every other slot.
     void has_changed(int i) { queue_.tag(i) = ++last_tag_; }
 
-    // The state after the event before, to go on from. Slots of one tag have the same seldom part, which is not copied again.
+    // Copies the state after the previous event as a start. Slots with equal tags have the same slow part, which is not
+    // copied again.
     void go_on_from_before(int i, State& to, const State& from) {
         std::uint64_t& tag = queue_.tag(i);
         const std::uint64_t before = queue_.tag(i - 1);
@@ -581,14 +585,14 @@ private:
         } else if constexpr (has_seldom_part<Model>) {
             auto* const target = reinterpret_cast<unsigned char*>(&to);
             const auto* const source = reinterpret_cast<const unsigned char*>(&from);
-            std::memcpy(target, source, Model::seldom_begin); // so few that the compiler's own moves are as fast
+            std::memcpy(target, source, Model::seldom_begin); // few enough for the compiler's own moves
             std::memcpy(target + seldom_end_, source + seldom_end_, state_bytes_ - seldom_end_);
         } else {
             copy(to, from);
         }
     }
 
-    // The state after event i from the state after event i - 1. A failing event is dropped: the filter goes on.
+    // Computes the state after event i from the state after event i - 1. A failing event is dropped.
     Outcome solve(int i) {
         State& state = queue_.after(i);
         const State& before = queue_.after(i - 1);
@@ -610,7 +614,7 @@ private:
         return Outcome::ok;
     }
 
-    // The event leads to no sound state: what is held without it, where the model does that.
+    // The event gives no valid state: the model holds its estimate without it, if it can.
     bool miss(State& state, const State& before, const Event& event, double interval_s) {
         if constexpr (may_hold<Model>) {
             copy(state, before);
@@ -619,13 +623,13 @@ private:
         return false;
     }
 
-    // Closes the events that no sample may change any more. The newest stays open: its other sensors may follow.
+    // Closes the events that no further sample can change. The newest stays open: samples of other sensors may follow.
     void close_events() {
         const double limit = newest_time_s() - settings_.horizon_s;
         if (limit > late_limit_) late_limit_ = limit;
         while (queue_.solved() > 2 && queue_.event(1).t_s < late_limit_) queue_.remove_first();
-        // A queue full of events that wait for late company (a horizon too long for it, a clock that stands still) would
-        // refuse every later sample: the oldest close early. Two places are what a sample of rate and force needs.
+        // A queue full of open events (a horizon too long for it, a clock that stands still) would refuse every later sample,
+        // so the oldest close early. A sample of rate and force needs two places.
         while (queue_.solved() > 2 && !has_room(2)) close_oldest();
     }
 
@@ -640,7 +644,7 @@ private:
         return interval_s > 0 ? coast(interval_s) : Outcome::ok;
     }
 
-    // By itself: a row of a recording is shown at its own samples.
+    // A separate function, because a row of a recording is shown at its own samples.
     HNAV_RARE Outcome coast(double interval_s) {
         State& ahead = coasted();
         copy(ahead, newest());
@@ -649,7 +653,7 @@ private:
         return Outcome::ok;
     }
 
-    // What was shown beyond the newest sample was a look ahead: a time that had jumped there may come back.
+    // The look-ahead went beyond the newest sample, so the shown time may decrease to it.
     bool runs_back(double t_s) const {
         const bool comes_back =
             settings_.time_jump_limit_s > 0 && now_ - t_s > settings_.time_jump_limit_s && t_s >= newest_time_s();
@@ -705,8 +709,8 @@ private:
         else return state.x();
     }
 
-    // For a size that is unknown to the compiler it asks the library for the widest moves of this machine; for a known
-    // one it writes a loop over single numbers, which costs three times as much.
+    // Copies bytes. For an unknown size the compiler calls the library, which uses the widest moves of this machine; for a
+    // known one it writes a loop over single numbers, which takes three times as long.
     void copy(State& to, const State& from) const { std::memcpy(static_cast<void*>(&to), &from, state_bytes_); }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {
@@ -724,14 +728,14 @@ private:
     Propagator propagator_;
     Queue queue_;
     Timing stamps_;
-    // Known when compiled, but the compiler's own moves are slower than the library's: see copy.
+    // Known at compile time, but hidden from the compiler, whose own moves are slower: see copy.
     std::size_t state_bytes_ = 0, seldom_end_ = 0;
     std::uint64_t last_tag_ = 0;
-    void* memory_ = nullptr; // of what follows, and of the queue, if it is not the caller's
+    void* memory_ = nullptr; // memory of the members below, and of the queue, if the caller does not own it
     State* coasted_ = nullptr;
     State* spare_ = nullptr;
     double* spare_x_ = nullptr;
-    const State* view_ = nullptr; // what is shown: the newest solved state, or coasted_
+    const State* view_ = nullptr; // the shown state: the newest solved one, or coasted_
     double now_ = 0;
     double event_now_ = 0;
     double late_limit_ = 0;

@@ -71,9 +71,9 @@ using State = typename M::State;
 template <class M>
 using Event = typename M::Event;
 template <class T>
-T& object(); // for expressions that are never evaluated
+T& object(); // for expressions in unevaluated contexts
 
-// What the numbers of x are.
+// Type of the numbers of x.
 template <class S, class = void>
 struct RealOf {
     using type = double;
@@ -137,11 +137,11 @@ using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels
 
 } // namespace model_concept
 
-// Whether the sizes of a model are known when it is compiled.
+// Whether the sizes of a model are known at compile time.
 template <class Model>
 constexpr bool has_fixed_size = model_concept::Answers<model_concept::FixedSize, Model>::value;
 
-// Whether it has a part of its state that few events change.
+// Whether a part of its state changes at few events only.
 template <class Model>
 constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomChanges, Model>::value;
 
@@ -153,11 +153,11 @@ constexpr bool reads_in_part = model_concept::Answers<model_concept::Read, Model
 template <class Model>
 constexpr bool may_cross = model_concept::Answers<model_concept::Crosses, Model>::value;
 
-// Whether it has a solver of its own for stiff intervals.
+// Whether it has a solver for stiff intervals.
 template <class Model>
 constexpr bool may_stiffen = model_concept::Answers<model_concept::Stiff, Model>::value;
 
-// Whether it holds what it has over an interval that nothing crosses, and where a sample leads to no sound state.
+// Whether it can hold its estimate over an interval that cannot be integrated, and at a sample that gives no valid state.
 template <class Model>
 constexpr bool may_hold = model_concept::Answers<model_concept::Hold, Model>::value;
 
@@ -167,7 +167,7 @@ auto sizes_of(const Model& model) {
     else return RuntimeSizes{model.channels(), model.values(), model.state_bytes()};
 }
 
-// The number of continuous states; -1, which is Dynamic of Eigen, where the model sets it at run time.
+// The number of continuous states; -1 (Eigen's Dynamic) if it is set at run time.
 template <class Model>
 constexpr int compiled_nx() {
     if constexpr (has_fixed_size<Model>) return Model::nx;
@@ -180,7 +180,7 @@ constexpr int nx_of(const Model& model) {
     else return model.nx();
 }
 
-// What a solver hands to the flow.
+// The context that a solver passes to the flow.
 template <class Model, class = void>
 struct FlowContext {
     const Model* model;
@@ -201,7 +201,7 @@ struct FlowContext<Model, std::void_t<typename Model::Piece>> {
     int flow(const double* x, double* dx) const { return model->flow(*held, x, dx, piece); }
 };
 
-// Says in the compiler's words what a model lacks.
+// Static assertions: the compiler names what a model lacks.
 template <class M>
 constexpr bool check_model() {
     using namespace model_concept;

@@ -1,4 +1,4 @@
-// What a filter answers to a sample or to a time.
+// Results of pushing a sample or advancing to a time.
 #pragma once
 
 namespace hnav {

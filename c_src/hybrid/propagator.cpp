@@ -23,7 +23,7 @@ struct Propagator::Solver {
     static constexpr ARKODE_ERKTableID method = ARKODE_DORMAND_PRINCE_7_4_5;
 
     SUNContext context = nullptr;
-    N_Vector y = nullptr, inside = nullptr; // where it is; within the newest step
+    N_Vector y = nullptr, inside = nullptr; // its present time; within the newest step
     void* erk = nullptr;
     void* equal_steps = nullptr; // ERKStep without error control
     double max_turn = 0; // of one of those steps, rad
@@ -31,7 +31,7 @@ struct Propagator::Solver {
     SUNNonlinearSolver iteration = nullptr;
     Propagator* owner = nullptr;
     const void* flow_context = nullptr;
-    // Of an interval that is crossed step by step: its length, where it has come, the next step to be tried.
+    // An interval that is integrated step by step: its length, the time reached, the next step to be tried.
     double whole_s = 0, reached_s = 0, tried_s = 0;
     long steps_left = 0;
 
@@ -57,8 +57,8 @@ struct Propagator::Solver {
     }
 
     bool create_erkstep(const Settings& settings, N_Vector atol) {
-        // No output between events: the constant interpolant spares an evaluation of f at the stop time. Where there is one it has
-        // to be Hermite's: Lagrange's needs a history, and each interval begins without.
+        // Without output between events, the constant interpolant saves an evaluation of f at the stop time. With output it
+        // must be Hermite's: Lagrange's needs a history, and each interval begins without one.
         erk = settings.looks_inside ? create_erk(ARK_INTERP_HERMITE, 3) : create_erk(ARK_INTERP_LAGRANGE, 0);
         return erk && ERKStepSetTableNum(erk, method) == 0 && sundials::erk_tolerances(erk, settings.rtol, atol) == 0 &&
                sundials::erk_set_max_steps(erk, settings.max_steps) == 0;
@@ -75,13 +75,14 @@ struct Propagator::Solver {
         return memory;
     }
 
-    // The same method without its last stage, which only estimates the error. Its estimate for an oscillation of w rad/s is
-    // 97/120000 (w h)^5 in a step h (the difference of the two stability functions), so rtol says how far a step may turn.
+    // The same method without its last stage, which only estimates the error. For an oscillation of w rad/s the estimate
+    // would be 97/120000 (w h)^5 in a step h (the difference of the two stability functions), so rtol determines the largest
+    // angle of a step.
     bool create_equal_steps(const Settings& settings) {
         constexpr double error_of_turn = 97.0 / 120000, largest_turn = 0.5;
         max_turn = std::fmin(largest_turn, std::pow(settings.rtol / error_of_turn, 0.2));
         ARKodeButcherTable table = without_error_estimate();
-        // Its vectors are copies of y, and take over what y can do.
+        // Its vectors are clones of y with the same operations.
         const auto norm = y->ops->nvwrmsnorm;
         y->ops->nvwrmsnorm = no_norm;
         equal_steps = create_erk(sundials::unused_interpolant, 0);
@@ -104,7 +105,7 @@ struct Propagator::Solver {
         return table;
     }
 
-    // Where no error is estimated none is weighed: weights stay the zeros that they were made as, and what they weigh is 0.
+    // Without an error estimate no weights are needed: they stay zero.
     static int no_weights(N_Vector, N_Vector, void*) { return 0; }
     static real no_norm(N_Vector, N_Vector) { return 0; }
 
@@ -118,9 +119,8 @@ struct Propagator::Solver {
                CVodeSetMaxNumSteps(cv, settings.max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
     }
 
-    // The first step is tried over the whole interval; at a hundred events a second it is also the last. Setting it
-    // again each time makes the solver forget the step size of the interval before. The stop time keeps it from
-    // running past the event.
+    // The first trial step is the whole interval; at a hundred events a second it is also the last. Setting it each time
+    // discards the step size of the interval before. The stop time prevents a step beyond the event.
     int evolve_erkstep(double interval_s, const double* x) {
         real reached = 0;
         int rc = sundials::erk_reset(erk, 0, y);
@@ -136,8 +136,8 @@ struct Propagator::Solver {
         return rc;
     }
 
-    // ERKStep gives up where the flow has no answer, and does not say how far it came. So the interval is begun again, one step
-    // at a time, and after a failure gone on with half of what was too far. x: at the beginning.
+    // ERKStep fails where the flow returns no value, without reporting the time reached. The interval is therefore repeated
+    // one step at a time, with half the step after each failure. x: at the beginning.
     int approach(double interval_s, const double* x) {
         constexpr double smallest = 1e-9;
         std::memcpy(data(y), x, owner->nx_ * sizeof(double));
@@ -172,7 +172,7 @@ struct Propagator::Solver {
         return rc == 0 ? sundials::erk_set_stop_time(erk, whole_s) : rc;
     }
 
-    // One step; after a failure of the flow with half of what was too far. x: where it begins, and where it has come.
+    // One step; half of it after a failure of the flow. x: at its beginning, then at its end.
     int next_step(double* x) {
         constexpr double smallest = 1e-9;
         while (steps_left-- > 0) {
@@ -195,14 +195,14 @@ struct Propagator::Solver {
         return ARK_TOO_MUCH_WORK;
     }
 
-    // As many equal steps as the turn of the interval needs; 0 where that is unknown or too many.
+    // Number of equal steps for the turn of the interval; 0 if it is unknown or too large.
     int count_of_steps(double turn) const {
-        constexpr int most = 8; // beyond, error control finds out
+        constexpr int most = 8; // beyond this, error control chooses the steps
         if (!equal_steps || !(turn <= most * max_turn)) return 0;
         return turn <= max_turn ? 1 : static_cast<int>(std::ceil(turn / max_turn));
     }
 
-    // Each begins from nothing: without its last stage the method has no slope to hand on.
+    // Each step starts afresh: without its last stage the method has no slope to reuse.
     int evolve_in_steps(double interval_s, int count) {
         real reached = 0;
         int rc = sundials::erk_set_fixed_step(equal_steps, interval_s / count);
@@ -225,7 +225,7 @@ struct Propagator::Solver {
         return rc;
     }
 
-    // x: what y was filled with.
+    // x: the initial values of y.
     int evolve(double interval_s, double rate, const double* x) {
         if (!erk) return evolve_adams(interval_s);
         const int count = count_of_steps(rate * interval_s);
@@ -277,7 +277,7 @@ bool Propagator::integrate(const void* context, double interval_s, double* x, do
     if (!solver_) return integrate_euler(context, interval_s, x);
     solver_->flow_context = context;
     std::memcpy(data(solver_->y), x, nx_ * sizeof(double));
-    // 6.4 answers 0 at the stop time, 7 answers 1: both are success.
+    // Version 6.4 returns 0 at the stop time, version 7 returns 1: both are success.
     const int rc = solver_->evolve(interval_s, rate_rad_s, x);
     out_of_steps_ = rc < 0 && rc != ARK_RHSFUNC_FAIL;
     if (rc < 0) return false;

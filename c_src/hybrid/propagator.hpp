@@ -1,7 +1,7 @@
 // Integrates a flow x' = f(x) over one interval between events.
 //
-// Every call starts afresh: no step size, order or history is carried over, so a state is numbers only and the same
-// interval gives the same bits wherever and whenever it is integrated. Memory is taken in create alone.
+// Every call starts afresh: no step size, order or history is kept. A state therefore consists of numbers only, and the same
+// interval always gives the same bits. Memory is allocated in create alone.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace hnav {
 
 enum class Integrator {
-    // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4): equal steps where the rate of the flow gives their number, else with error
-    // control, first trial step = the interval
+    // SUNDIALS ARKODE ERKStep, Dormand-Prince 5(4): equal steps if the rate of the flow determines their number, otherwise
+    // error control with the interval as the first trial step
     erkstep,
     adams, // SUNDIALS CVODE, Adams-Moulton with fixed-point iteration
     euler // forward Euler in equal sub-steps, the source paper's method
@@ -19,20 +19,21 @@ enum class Integrator {
 
 class Propagator {
 public:
-    // f(context, x, dx): the flow; context is what integrate was given. Answers 0; above: there is no flow at x, and the
-    // solver tries a smaller step; below: there is none at all.
+    // f(context, x, dx): the flow, with the context passed to integrate. Returns 0; > 0: no value at this x, the solver tries
+    // a smaller step; < 0: no value at all.
     using Flow = int (*)(const void* context, const double* x, double* dx);
 
     struct Settings {
         Integrator integrator = Integrator::erkstep;
         double rtol = 1e-8;
         const double* atol = nullptr; // nx values; read in create
-        int read = 0; // the flow reads so many numbers of x, the first; 0: all
+        int read = 0; // the flow reads only the first so many numbers of x; 0: all
         bool bounds_rate = false; // integrate will be given the rate of the flow
         bool looks_inside = false; // begin, step and between will be called: erkstep only
-        bool may_be_stiff = false; // create does not mind that the warm-up takes too many steps
+        bool may_be_stiff = false; // create succeeds although the warm-up takes too many steps
         double euler_step_s = 0.005;
-        // One interval takes no more: minutes of coasting at ten turns a second, a fraction of a second of computing.
+        // Largest number of steps of an interval: minutes of coasting at ten turns a second, computed in a fraction of a
+        // second.
         long max_steps = 100000;
     };
 
@@ -41,23 +42,23 @@ public:
     Propagator& operator=(const Propagator&) = delete;
     ~Propagator();
 
-    // Also makes warm-up steps, because solvers take their last memory then. probe: a state the flow is defined at.
+    // Also makes warm-up steps, because solvers allocate their last memory then. probe: a state at which the flow is defined.
     bool create(int nx, Flow flow, const Settings& settings, const void* probe_context, const double* probe);
 
     static constexpr double unknown_rate = std::numeric_limits<double>::infinity();
 
-    // Advances x over interval_s > 0. False: more steps than one interval is worth, tolerances out
-    // of reach, or no flow; x is then of no use. rate_rad_s: of the fastest mode of the flow.
+    // Advances x over interval_s > 0. False: too many steps, tolerances that cannot be met, or no value of the flow; x is
+    // then invalid. rate_rad_s: of the fastest mode of the flow.
     bool integrate(const void* context, double interval_s, double* x, double rate_rad_s = unknown_rate);
 
-    // The same step by step, for whoever looks at what lies within them. begin: afresh at x. step: the next one, x at its end
-    // reached_s, which is interval_s at last; false as for integrate. between: x within the newest step by the cubic of its ends
-    // and slopes.
+    // The same step by step, for event detection within steps. begin: starts afresh at x. step: makes the next step, with x
+    // at its end reached_s; the last one ends at interval_s; false as for integrate. between: x within the newest step by
+    // cubic Hermite interpolation.
     bool begin(const void* context, double interval_s, const double* x);
     bool step(double* reached_s, double* x);
     bool between(double s, double* x);
 
-    // Whether the newest integrate or step has failed for another reason than that the flow had no answer.
+    // Whether the newest integrate or step has failed for another reason than a missing value of the flow.
     bool out_of_steps() const { return out_of_steps_; }
 
     std::uint64_t rhs_evals() const { return rhs_evals_; }
@@ -72,7 +73,7 @@ private:
     bool integrate_euler(const void* context, double interval_s, double* x);
 
     Solver* solver_ = nullptr;
-    void* reserved_ = nullptr; // what SUNDIALS made lies in it
+    void* reserved_ = nullptr; // contains the memory of SUNDIALS
     Flow flow_ = nullptr;
     int nx_ = 0;
     double euler_step_s_ = 0;

@@ -6,7 +6,7 @@
 namespace hnav {
 
 bool Propagator::integrate_euler(const void* context, double interval_s, double* x) {
-    // A whole number of equal sub-steps, none longer than asked for.
+    // Equal sub-steps, none longer than requested.
     const double steps = std::fmax(1, std::ceil(interval_s / euler_step_s_ - 1e-9));
     if (steps > static_cast<double>(max_steps_)) return false;
     const double h = interval_s / steps;

@@ -1,5 +1,5 @@
-// In the place of propagator.cpp where there is no SUNDIALS: FMUs compiled from the sources inside them. Euler is Euler; what
-// the other integrators would cross is left to the models' closed forms.
+// Replaces propagator.cpp where SUNDIALS is missing: FMUs compiled from their own sources. Only Euler integrates; instead of
+// the other integrators the closed forms of the models are used.
 #include "hybrid/propagator.hpp"
 
 #include <cstdlib>

@@ -1,4 +1,4 @@
-// How large a model's events and states are: known when the model is compiled, which costs nothing, or when it is made.
+// Sizes of a model's events and states: known at compile time, which saves memory and time, or at creation.
 #pragma once
 
 #include "base/small.hpp"
@@ -6,7 +6,7 @@
 
 namespace hnav {
 
-// The state of a model whose size is known at run time: its numbers stand from here on, the continuous states first.
+// The state of a model with sizes known at run time: its numbers begin here, continuous states first.
 class RuntimeState {
 public:
     double* x() { return reinterpret_cast<double*>(this); }
@@ -20,8 +20,8 @@ template <class Event_, class State_>
 struct FixedSizes {
     using Event = Event_;
     using State = State_;
-    // Room for so many states, whatever the events; 0: each event has its own. Three do for an open event, the base before it,
-    // and what is worked on or shown.
+    // Number of states, whatever the number of events; 0: each event has its own. Three suffice for an open event, the base
+    // before it, and the state being computed or shown.
     static constexpr int states = small_build ? 3 : 0;
     static_assert(sizeof(Event) % 8 == 0 && sizeof(State) % 8 == 0, "events and states are saved as 8-byte numbers");
 

@@ -21,7 +21,7 @@
 
 namespace hnav {
 
-// Part of what is saved: numbers of eight bytes only.
+// Part of the saved state: eight-byte numbers only.
 template <int channels, bool any_pace = false>
 class Stamps {
 public:
@@ -47,22 +47,22 @@ public:
     }
     std::uint64_t left_out(int channel) const { return channel_[channel].left_out; }
     Place last() const { return last_; } // of the newest sample
-    double last_s(int channel) const { return channel_[channel].last_s; }         // stamp; -infinity before the first
+    double last_s(int channel) const { return channel_[channel].last_s; }         // newest stamp; -infinity before the first
     double interval_s(int channel) const { return channel_[channel].interval_s; } // usual one between two stamps; 0: not known
     std::uint64_t late(int channel) const { return channel_[channel].late; }
-    double late_s(int channel) const { return channel_[channel].late_s; } // the filter's time of the newest that was late
+    double late_s(int channel) const { return channel_[channel].late_s; } // the filter's time of the newest late sample
     void note_late(int channel, double now_s) {
         ++channel_[channel].late;
         channel_[channel].late_s = now_s;
     }
 
-    // newest(): the time of the newest of all samples and of what is shown. closed_s: samples before it are late.
-    // limit_s: 0 for no new time base.
+    // newest(): the time of the newest of all samples and of the shown estimate. closed_s: samples before it are late.
+    // limit_s: 0 disables new time bases.
     template <class Newest>
     Placed place(int channel, double stamp_s, double shown_s, double closed_s, double limit_s, Newest&& newest) {
         Channel& c = channel_[channel];
         const double t_s = stamp_s + offset_s_, since_s = stamp_s - c.last_s;
-        // What almost every sample is.
+        // The most frequent case.
         if (is_next(c, stamp_s, since_s) && (limit_s <= 0 || t_s - shown_s < far_limits * limit_s)) {
             c.interval_s = since_s;
             c.last_s = stamp_s;
@@ -72,8 +72,8 @@ public:
         return place_with_care(c, stamp_s, closed_s, limit_s, newest());
     }
 
-    // Samples of several channels that share a stamp, if for each of them it is the next one after its usual interval. False:
-    // nothing has changed, and each is to be placed by itself.
+    // Places samples of several channels with the same stamp, if for each of them it follows after its usual interval. False:
+    // nothing has changed, and each must be placed separately.
     bool place_together(std::uint64_t present, double stamp_s, double shown_s, double limit_s) {
         if (limit_s > 0 && !(stamp_s + offset_s_ - shown_s < far_limits * limit_s)) return false;
         for (int c = 0; c < channels; ++c)
@@ -88,22 +88,22 @@ public:
     }
 
 private:
-    static constexpr double max_spread = 1.5; // usual intervals that a burst is spread over
-    static constexpr double far_limits = 10; // in which a stamp is far ahead
-    static constexpr double unknown_limits = 1000; // the same while no sensor of any pace has shown its interval
-    static constexpr double max_interval_s = any_pace ? HUGE_VAL : 1; // between two stamps, as far as it is a usual one
+    static constexpr double max_spread = 1.5; // length of the interval that a burst is spread over, in usual intervals
+    static constexpr double far_limits = 10; // a stamp so many seconds ahead is implausible
+    static constexpr double unknown_limits = 1000; // the same before the intervals of the sensors are known
+    static constexpr double max_interval_s = any_pace ? HUGE_VAL : 1; // largest interval between two stamps that counts as usual
 
     struct Channel {
-        std::uint64_t alone; // one sample a stamp, now and before
+        std::uint64_t alone; // one sample per stamp, now and before
         double last_s; // stamp
-        double interval_s; // usual one between two stamps; 0: not known
+        double interval_s; // usual interval between two stamps; 0: not known
         double count, expected; // samples of the present stamp, and of the one before
         double spread_s;
         std::uint64_t late, left_out;
         double late_s;
     };
 
-    // The next one after its usual interval, alone at its stamp.
+    // The next sample after its usual interval, the only one with its stamp.
     static bool is_next(const Channel& c, double stamp_s, double since_s) {
         return c.alone && since_s > sample_instant_s(stamp_s) && since_s < max_spread * c.interval_s;
     }
@@ -147,7 +147,7 @@ private:
         return {newest_s + c.interval_s, last_ = Place::jumped};
     }
 
-    // The first of its kind; a later one behind it is accepted.
+    // The first implausible stamp; a second stamp in agreement with it is accepted.
     bool is_far_ahead(double stamp_s, double newest_s, double limit_s) {
         const double ahead_s = stamp_s + offset_s_ - newest_s;
         double far_s = far_limits * limit_s, agree_s = far_s;

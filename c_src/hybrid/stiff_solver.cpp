@@ -22,7 +22,7 @@ struct StiffSolver::Solver {
     StiffSolver* owner = nullptr;
     Function flow = nullptr, jacobian = nullptr;
     const void* flow_context = nullptr;
-    double* rows = nullptr; // n x n, as the flow writes it
+    double* rows = nullptr; // n x n, row-major
     int n = 0;
     double whole_s = 0, reached_s = 0;
     long max_steps = 0, steps_left = 0;
@@ -63,7 +63,7 @@ struct StiffSolver::Solver {
         ark = ARKStepCreate(nullptr, rhs, 0, y, context);
         if (!linear || !ark) return false;
         sundials::silence_ark(ark);
-        // Slopes of stiff states are known badly: what lies between goes by values alone.
+        // Slopes of stiff states are inaccurate, so values alone are interpolated.
         constexpr int interpolant = ARK_INTERP_LAGRANGE, degree = 3;
         return ARKStepSetTableNum(ark, method, ARKODE_ERK_NONE) == 0 && sundials::ark_tolerances(ark, rtol, atol) == 0 &&
                sundials::ark_set_user_data(ark, this) == 0 && sundials::ark_set_interpolant_type(ark, interpolant) == 0 &&
@@ -93,7 +93,7 @@ StiffSolver::~StiffSolver() {
 
 bool StiffSolver::create(int n, Function flow, Function jacobian, const Settings& settings, const void* probe_context,
                          const double* probe) {
-    // Twice what version 6.4 takes: vectors of stages and work, the matrix and its factors.
+    // Twice the memory of version 6.4: vectors of stages and work, the matrix and its factors.
     const std::size_t bytes = 64 * 1024 + (80 + 8 * static_cast<std::size_t>(n)) * n * sizeof(double);
     reserved_ = take_block(bytes);
     solver_ = reserved_ ? make_object<Solver>() : nullptr;
@@ -113,7 +113,7 @@ bool StiffSolver::create(int n, Function flow, Function jacobian, const Settings
     return true;
 }
 
-// A correction has put x where fast modes have to die again: the solver itself finds how short the first step is to be.
+// After a correction fast modes have to decay again: the solver itself finds the length of the first step.
 bool StiffSolver::begin(const void* context, double interval_s, const double* x) {
     Solver& s = *solver_;
     s.flow_context = context;

@@ -15,7 +15,7 @@ namespace hnav {
 
 class StiffSolver {
 public:
-    // n numbers, or n x n row-major, at s seconds from the beginning of the interval. Answers as Propagator::Flow.
+    // n numbers, or n x n row-major, at s seconds from the beginning of the interval. Returns as Propagator::Flow does.
     using Function = int (*)(const void* context, double s, const double* x, double* out);
 
     struct Settings {
@@ -29,13 +29,13 @@ public:
     StiffSolver& operator=(const StiffSolver&) = delete;
     ~StiffSolver();
 
-    // Also makes a first step, because solvers take their last memory then; what comes of it does not count. probe: a state the flow is
-    // defined at.
+    // Also makes a first step, because solvers allocate their last memory then; its result is not used. probe: a state at
+    // which the flow is defined.
     bool create(int n, Function flow, Function jacobian, const Settings& settings, const void* probe_context,
                 const double* probe);
 
-    // begin: afresh at x. step: the next one, x at its end reached_s, which is interval_s at last;
-    // false: no step, or more of them than an interval is worth. between: x within the newest step.
+    // begin: starts afresh at x. step: makes the next step, with x at its end reached_s; the last one ends at interval_s;
+    // false: failure, or too many steps. between: x within the newest step.
     bool begin(const void* context, double interval_s, const double* x);
     bool step(double* reached_s, double* x);
     bool between(double s, double* x);
@@ -45,10 +45,10 @@ public:
 private:
     struct Solver;
     Solver* solver_ = nullptr;
-    void* reserved_ = nullptr; // what SUNDIALS made lies in it
+    void* reserved_ = nullptr; // contains the memory of SUNDIALS
 };
 
-// What a solver does while this is there is counted by the propagator that it stands in for.
+// The propagator that this solver replaces counts its evaluations.
 class CountedBy {
 public:
     CountedBy(Propagator& propagator, const StiffSolver& solver)

@@ -11,13 +11,13 @@
 namespace hnav {
 namespace {
 
-// In front of every piece, and as long as the strictest alignment.
+// Header of each piece, with the size of the strictest alignment.
 struct alignas(16) Head {
     std::size_t bytes;
     bool from_heap;
 };
 
-// The thread that makes a solver, and its block. The first guards the second.
+// The thread that creates a solver, and its block. The first guards the second.
 std::atomic<std::thread::id> maker;
 SundialsMemory* block = nullptr;
 
@@ -80,7 +80,7 @@ void* hnav_sundials_realloc(void* piece, size_t bytes) {
     return larger;
 }
 
-// A piece of the block goes with the block.
+// A piece of the block is freed with the block.
 void hnav_sundials_free(void* piece) {
     if (piece && hnav::head_of(piece)->from_heap) std::free(hnav::head_of(piece));
 }

@@ -1,5 +1,5 @@
-// In front of every file of SUNDIALS that hnav builds (cmake/sundials.cmake): its memory is ours to give. What is behind these
-// names, and why: sundials_memory.hpp.
+// Included before every file of SUNDIALS that hnav builds (cmake/sundials.cmake): replaces its memory functions. For the
+// reason see sundials_memory.hpp.
 #ifndef HNAV_SUNDIALS_MEMORY_H
 #define HNAV_SUNDIALS_MEMORY_H
 

@@ -1,12 +1,12 @@
-// Where the solvers of SUNDIALS have their memory. SUNDIALS does not look at all that malloc answers: out of memory its create
-// calls crash, leak or write to stderr. So one block is reserved before, the only call that can fail, and all that SUNDIALS and
-// our vectors ask for while a solver is made is cut from it and goes with it.
+// Memory for the solvers of SUNDIALS. SUNDIALS does not check every result of malloc: without memory its create calls crash,
+// leak or write to stderr. So one block is reserved first, the only call that can fail. All memory that SUNDIALS and our
+// vectors request while a solver is created is cut from it and is freed with it.
 //
-// malloc has no argument to name the block by, so it is known to the process for as long as one thread makes a solver; others
-// that want to wait their turn, some microseconds. What SUNDIALS asks for at any other time, or beyond the block, comes from the
-// heap: version 7 writes the texts of its errors there, and a later one may need more than was reserved.
+// malloc has no argument for the block, so it is global while one thread creates a solver; other threads that create one wait
+// some microseconds. Requests at any other time, or beyond the block, go to the heap: version 7 writes the texts of its
+// errors there, and a later version may need more than was reserved.
 //
-// An installed SUNDIALS (HNAV_SYSTEM_SUNDIALS) calls malloc itself: only our vectors are cut from the block then.
+// An installed SUNDIALS (HNAV_SYSTEM_SUNDIALS) calls malloc itself: then only our vectors are cut from the block.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ namespace hnav {
 
 class SundialsMemory {
 public:
-    // Enough to make and warm up the solvers of nx states: twice what those of version 6.4 take.
+    // Enough to create and warm up the solvers of nx states: twice the use of version 6.4.
     static std::size_t bytes(int nx) { return 50 * 1024 + 70 * static_cast<std::size_t>(nx) * sizeof(double); }
 
-    // The block is given to SUNDIALS for the life of this object, and has to outlive what SUNDIALS made in it.
+    // SUNDIALS uses the block during the life of this object; the block must outlive the objects that SUNDIALS created in it.
     explicit SundialsMemory(void* block, std::size_t bytes);
     ~SundialsMemory();
     SundialsMemory(const SundialsMemory&) = delete;

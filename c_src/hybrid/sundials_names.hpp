@@ -81,7 +81,7 @@ constexpr auto erk_weights = ERKStepWFtolerances;
 constexpr auto erk_steps = ERKStepGetNumSteps;
 constexpr auto erk_next_step = ERKStepGetCurrentStep;
 constexpr auto erk_between = ERKStepGetDky;
-constexpr int unused_interpolant = ARK_INTERP_HERMITE; // the cheapest: it copies two vectors, and what they hold is there
+constexpr int unused_interpolant = ARK_INTERP_HERMITE; // the cheapest: it copies two existing vectors
 inline void silence_ark(void* memory) { ARKStepSetErrHandlerFn(memory, ignore_error, nullptr); }
 inline void free_ark(void** memory) { ARKStepFree(memory); }
 constexpr auto ark_tolerances = ARKStepSVtolerances;

@@ -1,7 +1,7 @@
-// SUNDIALS' serial vector finds its length at run time and allocates for fused operations; with states of a few dozen
-// numbers that costs more than the arithmetic. Ours has its length when compiled (0: only at run time), and has its numbers
-// in the memory that was reserved for the solver. It also has how many of them the flow reads: a stage of a Runge-Kutta method,
-// which only the flow looks at, has no others.
+// Vectors of SUNDIALS. Its serial vector has its length at run time and allocates for fused operations; for states of a few
+// dozen numbers that costs more than the arithmetic. Ours has its length at compile time (0: at run time), with its numbers
+// in the memory reserved for the solver. It also has the number of elements that the flow reads: a stage of a Runge-Kutta
+// method, which is passed to the flow only, has no others.
 #include "hybrid/sundials_vector.hpp"
 
 #include "hybrid/sundials_memory.h"
@@ -14,7 +14,7 @@
 namespace hnav::sundials {
 namespace {
 
-// The content of a vector: its numbers, behind their count.
+// The content of a vector: the number of elements, then the elements.
 std::int64_t* count_before(N_Vector v) { return static_cast<std::int64_t*>(v->content) - 1; }
 
 template <int N, int read = N>
@@ -60,7 +60,7 @@ struct Vector {
     static void scale(real c, N_Vector x, N_Vector z) {
         const double* X = data(x);
         double* Z = data(z);
-        if (c == 1) { // a copy, which most calls ask for
+        if (c == 1) { // a copy, the most frequent call
             if (X != Z) std::memcpy(Z, X, size(z) * sizeof(double));
             return;
         }
@@ -110,8 +110,8 @@ struct Vector {
     // NOLINTNEXTLINE(readability-non-const-parameter): its type is given
     static int linear_combination(int count, real* c, N_Vector* x, N_Vector z) {
         constexpr int piece = 24, small_piece = 4; // 24: twelve registers of two
-        // The solution of a step is the sum of as many slopes as there are stages and of where it began, its error that of the
-        // slopes alone, where there is one more of them; a stage has fewer terms.
+        // The solution of a step is the sum of one slope per stage and of its beginning, its error that of the slopes alone,
+        // with one more if there is one; a stage has fewer terms.
         if constexpr (read < N) {
             if (count <= stages_of_equal_steps) return stage(count, c, x, z);
         }
@@ -126,7 +126,7 @@ struct Vector {
         return 0;
     }
 
-    // The same of the numbers that are read, without a loop.
+    // The same for the elements that are read, without a loop.
     static int stage(int count, const real* c, const N_Vector* x, N_Vector z) {
         switch (count) {
         case 2: return combine_all<2>(c, x, z);
@@ -163,7 +163,7 @@ struct Vector {
         for (int i = 0; i < n; ++i) data(z)[begin + i] = sum[i];
     }
 
-    // Zeros, behind the content in one piece.
+    // Zeros, in one piece with the content.
     static N_Vector make(int n, SUNContext context) {
         N_Vector v = N_VNewEmpty(context);
         if (!v) return nullptr;
@@ -205,7 +205,7 @@ struct Vector {
 
 } // namespace
 
-// Lengths that most filters have, and any other.
+// Lengths of most filters, and the general one.
 N_Vector create_vector(int n, int read, SUNContext context) {
     switch (n) {
     case 10: return Vector<10>::create(n, context); // observer of two states, a transition matrix and noise

@@ -3,16 +3,24 @@
 
 namespace hnav::ins {
 
+constexpr double slow_m_s = 0.3; // largest GNSS speed of a rest: three sigmas of a usual receiver
+
+// Records the time since which all GNSS speeds have been small: after a departure a single one may look like rest again.
+void Model::note_slow(State& s, double now_s) {
+    constexpr double slowest_m_s = 0.6;
+    if (!(s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s)))) s.slow_since_s = nan;
+    else if (std::isnan(s.slow_since_s)) s.slow_since_s = now_s;
+}
+
 // An IMU cannot distinguish rest from constant velocity, so the speed must be small too: the GNSS speed while it is fresh, otherwise
 // the estimated speed while its sigma is small. A body with a given place and without aids is at rest, even if it sways.
 bool Model::at_rest(const State& s, double now_s) const {
-    constexpr double slow_m_s = 0.3, slowest_m_s = 0.6, fresh_s = 2, known_m_s = 1;
+    constexpr double fresh_s = 2, known_m_s = 1;
     if (is_within(now_s - s.last_s[ins::rest], fresh_s)) return true;
     const bool alone = place_given(options_) && s.used[velocity] + s.used[position] + s.used[speed] == 0;
     if (alone) return s.rest.sways(options_);
     if (!s.rest.still(options_) || s.glide.found > 0) return false;
-    if (is_within(now_s - s.speed_known_s, fresh_s))
-        return s.speed_known_m_s < std::fmin(slowest_m_s, std::fmax(slow_m_s, 2 * s.speed_sigma_m_s));
+    if (is_within(now_s - s.speed_known_s, fresh_s)) return has_lasted(now_s - s.slow_since_s, options_.rest_duration_s);
     if (!s.started()) return false;
     const double variance = larger_variance(s, row_v);
     return variance < known_m_s * known_m_s && vec(s.x + 3).head<2>().norm() < slow_m_s + 2 * std::sqrt(variance);
@@ -49,10 +57,18 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
     }
 }
 
+// A gentle departure looks like a tilt or a bias that changes: in the last seconds of what seemed a rest the velocity was not zero. What
+// zero velocities have corrected within that time becomes uncertain. Without this the squared normalised tilt errors of trains are 3 to 7.
+void Model::admit_departure(State& s, Covariance& P) const {
+    for (int i = 0; i < row_gyro_scale; ++i) widen(P, i, square(s.by_rests[i]));
+    s.forget_rests();
+}
+
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
+    constexpr double departs_s = 3; // until the speed of a gentle departure shows in the satellites: chosen
     look_for_glide(s, P, event.t_s);
     const bool stated = has_new(s, event, ins::rest);
-    if (!stated && !at_rest(s, event.t_s)) return;
+    if (!stated && !at_rest(s, event.t_s)) return admit_departure(s, P);
     s.glide.rested = 1;
     Measurement still{ins::rest};
     still.rows = 3;
@@ -61,6 +77,9 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     // A body that comes to rest moves slowly for a few more seconds.
     constexpr double creeps_m_s = 0.2, settles_s = 1;
     const double stood_s = s.rest.still(options_) ? s.rest.still_s : s.rest.swaying_s;
+    // What the first seconds of a rest correct is the error of the motion before it.
+    const double kept = stood_s > departs_s ? std::exp(-s.window.length_s / departs_s) : 0;
+    for (double& by : s.by_rests) by *= kept;
     const double creep = stated ? 0 : creeps_m_s * std::exp((options_.rest_duration_s - stood_s) / settles_s);
     for (double& r : still.R) r = sigma * sigma + creep * creep;
     vec(still.r) = -vec(s.x + 3);

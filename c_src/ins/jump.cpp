@@ -47,6 +47,7 @@ void Model::note(State& s, const Event& event) const {
     s.speed_known_m_s = std::hypot(z[0], z[1]);
     s.speed_sigma_m_s = std::fmax(z[3], z[4]);
     s.speed_known_s = event.t_s;
+    note_slow(s, event.t_s);
     // A velocity far from 0 does not belong to a glide.
     constexpr double fastest_m_s = 0.6;
     if (still && s.speed_known_m_s < std::fmax(fastest_m_s, 4 * s.speed_sigma_m_s)) s.glide.note(event.t_s, z, s.speed_sigma_m_s);

@@ -55,7 +55,8 @@ struct Projected {
     void note_steps(const Square<m>& inverse, Correction& c) const {
         const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(HB[0]);
         for (int w = 0; w < step_windows; ++w) {
-            const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step), weighted = inverse * one;
+            const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step),
+                                                     weighted = inverse * one;
             Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose() * weighted;
             Eigen::Map<Eigen::Matrix<double, may_step, 1>>(c.steps[w].sum) = weighted.transpose() * r;
         }

@@ -81,7 +81,8 @@ public:
     static constexpr int nx = ins::nx;
     using Event = ins::Event;
     using State = ins::State;
-    static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = offsetof(State, seldom_changes) - offsetof(State, P);
+    static constexpr std::size_t seldom_begin = offsetof(State, P),
+                                 seldom_bytes = offsetof(State, seldom_changes) - offsetof(State, P);
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
 
     Model() = default;
@@ -237,6 +238,8 @@ private:
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
     void correct_rest(State& s, Covariance& P, const Event& event) const;
     void look_for_glide(State& s, Covariance& P, double now_s) const;
+    static void note_slow(State& s, double now_s);
+    void admit_departure(State& s, Covariance& P) const;
     void correct_speed(State& s, Covariance& P, const Event& event) const;
     void correct_car(State& s, Covariance& P, const Event& event) const;
     void correct_pressure(State& s, Covariance& P, const Event& event) const;
@@ -289,7 +292,9 @@ inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
 // value the monitor of steps delays the starts of ships.
 constexpr double coarse = 2;
 // Whether the last correction used a fix: monitors of fixes act once for each of them, at the event after it.
-inline bool has_judged(const State& s) { return std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) >= s.last_correction_s; }
+inline bool has_judged(const State& s) {
+    return std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) >= s.last_correction_s;
+}
 inline bool has_new(const State& s, const Event& event, int channel) {
     return s.has(event, channel) && !(event.t_s <= s.last_s[channel]);
 }

@@ -52,6 +52,7 @@ void Model::begin_levelling(State& s) const {
     s.gates = {};
     s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
     s.rest = {};
+    s.forget_rests();
     s.heading_since_s = s.strained_since_s = nan;
     s.begin_monitors();
     s.contradiction.begin();
@@ -66,14 +67,13 @@ void Model::begin_levelling(State& s) const {
 void Model::begin(State& s) const {
     s = State{};
     s.x[6] = 1;
-    s.u[0] = 1;
     for (int c = 0; c < channel_count; ++c) {
         s.last_s[c] = -std::numeric_limits<double>::infinity();
         s.innovation[c].t_s = nan;
     }
     s.last_event_s = s.last_correction_s = s.field_used_s = -std::numeric_limits<double>::infinity();
     s.held.begin();
-    s.speed_known_s = nan;
+    s.speed_known_s = s.slow_since_s = nan;
     s.inconsistent_s = s.restarted_s = -std::numeric_limits<double>::infinity();
     s.bias_inflation = 1;
     for (Consistency& fit : s.fits) fit.begin(1);

@@ -183,6 +183,7 @@ struct State {
     FreeGates gates;
     Unrest rest;
     Glide glide;
+    double by_rests[row_gyro_scale]; // recent corrections by zero velocities
 
     double last_s[channel_count]; // time of the newest sample
     double last_event_s, usual_interval_s, last_correction_s, field_used_s;
@@ -190,6 +191,7 @@ struct State {
     double refused_in_row[channel_count];
     double placed_s; // positions have agreed since this time, until one is rejected
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // of the GNSS, horizontal
+    double slow_since_s; // NaN: the last one was that of motion
     Consistency fits[2]; // of velocity and position
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // rotation by the corrections of the present event, body axes
@@ -210,6 +212,9 @@ struct State {
     Phase phase;
 
     bool started() const { return phase >= Phase::any_heading; }
+    void forget_rests() {
+        for (double& by : by_rests) by = 0;
+    }
     // At a new linearisation; the estimated noise of aids is kept.
     void begin_monitors() {
         for (Consistency& fit : fits) fit.begin(fit.noise);

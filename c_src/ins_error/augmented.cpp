@@ -102,11 +102,18 @@ void Augmented::expect() {
 
 void Augmented::enlarge(const JointHypotheses& joint) {
     const int nx = model_.nx;
-    Q_now_.topLeftCorner(nx, nx) = joint.motion_factor() * model_.Q;
-    Q_now_.bottomRightCorner(nl_, nl_) = joint.colour_factor() * model_.Ql;
-    for (int i = 0; i < nl_; ++i) Q_now_(nx + i, nx + i) += joint.opened()[i];
-    P_ += Q_now_ - Q_;
-    base_ += (joint.motion_factor() - 1) * HQH_ + (joint.colour_factor() - 1) * model_.Ql;
+    const double motion = joint.motion_factor() - 1, colour = joint.colour_factor() - 1;
+    const auto add_to = [&](Matrix& covariance) {
+        covariance.topLeftCorner(nx, nx) += motion * model_.Q;
+        covariance.bottomRightCorner(nl_, nl_) += colour * model_.Ql;
+        for (int i = 0; i < nl_; ++i) covariance(nx + i, nx + i) += joint.opened()[i];
+    };
+    add_to(P_);
+    if (lag_) {
+        Q_now_ = Q_;
+        add_to(Q_now_);
+    }
+    base_ += motion * HQH_ + colour * model_.Ql;
     for (int i = 0; i < nl_; ++i) base_(i, i) += joint.opened()[i];
 }
 

@@ -5,7 +5,7 @@
 
 namespace hnav {
 
-// E P E': written once, since each product of matrices takes a second of compile time.
+// E P E'. A function, because each product of matrices takes a second of compile time.
 template <class Covariance>
 static Small sandwich(const Small& E, const Covariance& P) {
     return E * P * E.transpose();

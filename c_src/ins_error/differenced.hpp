@@ -3,7 +3,7 @@
 //   mu(k) = z(k) - An z(k-1) = Hd x(k-1) + H B u(k-1) + xi,  Hd = H A - An H
 //   xi = H G w(k-1) + Bn U(k-1) + v(k) - An v(k-1),  R = H G Qw G'H' + Bn QU Bn' + Qv + An Qv An',  C = G Qw G'H'
 //
-// xi is correlated with w(k-1) (covariance C) and, when v is not zero, with itself: E[xi(k) xi(k-1)'] = -An Qv.
+// xi is correlated with w(k-1) (covariance C) and, when v is not zero, with its previous value: E[xi(k) xi(k-1)'] = -An Qv.
 #pragma once
 
 #include "ins_error/augmented.hpp"

@@ -1,4 +1,4 @@
-// One filter over the five forms: a step, its outputs, and the state from which it continues bit for bit.
+// The filter in its five forms: a step, its outputs, and the saved state, from which it continues bit for bit.
 #pragma once
 
 #include "ins_error/augmented.hpp"

@@ -15,28 +15,31 @@ JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, 
       tracked_variance_(state.doubles(nz)),
       level_(work.doubles(s.levels)),
       precision_(work.doubles(modes())),
+      leaves_(work.doubles(s.levels)),
       was_healthy_(work.doubles(nz)),
       lasting_(work.doubles(nz * modes())),
       prior_(work.doubles(nz * modes())),
       outlier_(work.doubles(nz)),
-      likelihood_(work.doubles(nz * modes())),
-      posterior_(work.doubles(hypotheses * nz * modes())),
+      support_(work.doubles(processes * nz * modes())),
+      common_(work.doubles(nz)),
       innovation_(work.doubles(processes * nz)),
       variance_(work.doubles(processes * nz)),
       weight_(work.doubles(modes())),
-      R_(work.doubles(nz)),
-      nu_(work.doubles(nz)),
-      solved_(work.doubles(nz)),
       opened_(work.doubles(nz)),
+      unexplained_(work.doubles(nz)),
+      column_(work.doubles(nz)),
+      gain_(work.doubles(nz)),
+      behind_(work.doubles(nz)),
       order_(work.integers(nz)),
-      S_(work.matrix(nz, nz)),
-      inverse_S_(work.matrix(nz, nz)),
-      inverse_(work, nz) {}
+      inverse_(work.matrix(nz, nz)),
+      S_(work, nz) {}
 
 void JointHypotheses::create() {
     for (int g = 0; g < settings_.levels; ++g) {
         level_[g] = std::pow(settings_.level_ratio, g);
         precision_[g] = 1 / level_[g];
+        // From a faulty level to each of its neighbours, which are faulty too.
+        leaves_[g] = settings_.drift_probability / std::max(1, (g > 1) + (g + 1 < settings_.levels));
     }
     precision_[bias_mode()] = 0; // a measurement with an unknown bias carries no information
     least_precision_ = std::fmin(1e-4, precision_[settings_.levels - 1]);
@@ -64,15 +67,13 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
         predict_bias(i, in.fresh[i], lively);
     }
     order(in);
-    for (int p = 0; p < swept_; ++p) {
-        if (!begin(in, lively, p)) return false;
-        if (p == 0 || needs_a_sweep(p)) {
-            sweep(in, p);
-        } else {
-            evidence_[p] += by_modes_;
-            modes_of_[p] = 0;
-        }
-        if (p == 0) weigh_common(in);
+    if (!compare(in, lively)) return false;
+    sweep(in, 0);
+    weigh_common(in);
+    for (int p = 1; p < swept_; ++p) {
+        modes_of_[p] = 0;
+        if (needs_a_sweep(p)) sweep(in, p);
+        else evidence_[p] += by_modes_;
     }
     merge(in.count > 0);
     conclude(in);
@@ -82,32 +83,30 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
 // ------------------------------------------------------------------------------------------------ before the sample
 
 void JointHypotheses::predict_process() {
-    const double told = process_belief_[0], lively = 1 - told;
+    const double stated = process_belief_[0], increased = 1 - stated;
     const double begins = settings_.process_probability / (processes - 1);
     const double changes = settings_.process_drift / (processes - 1);
     for (int p = 1; p < processes; ++p) {
         const double was = process_belief_[p];
         const double leaves = settings_.process_recovery + changes * (processes - 2);
-        process_belief_[p] = was * (1 - leaves) + changes * (lively - was) + told * begins;
+        process_belief_[p] = was * (1 - leaves) + changes * (increased - was) + stated * begins;
     }
-    process_belief_[0] = told * (1 - settings_.process_probability) + lively * settings_.process_recovery;
+    process_belief_[0] = stated * (1 - settings_.process_probability) + increased * settings_.process_recovery;
 }
 
 void JointHypotheses::predict_channel(int i) {
     const int n = settings_.levels;
     const double* was = belief(i);
     double* lasting = lasting_ + i * modes();
-    const double drift = settings_.drift_probability;
-    // From a faulty level to each of its neighbours, which are faulty too.
-    const auto leaves = [&](int g) { return drift / std::max(1, (g > 1) + (g + 1 < n)); };
-    double recovers = was[bias_mode()] * settings_.bias_fading;
+    const double stays = 1 - settings_.recovery_probability, fault = was[0] * settings_.fault_probability / (n - 1);
+    double faulty = 0;
     for (int g = 1; g < n; ++g) {
-        double now = was[g] * (1 - settings_.recovery_probability) + was[0] * settings_.fault_probability / (n - 1);
-        if (g > 1) now += was[g - 1] * leaves(g - 1) - was[g] * leaves(g);
-        if (g + 1 < n) now += was[g + 1] * leaves(g + 1) - was[g] * leaves(g);
-        lasting[g] = now;
-        recovers += was[g] * settings_.recovery_probability;
+        lasting[g] = was[g] * stays + fault;
+        if (g > 1) lasting[g] += was[g - 1] * leaves_[g - 1] - was[g] * leaves_[g];
+        if (g + 1 < n) lasting[g] += was[g + 1] * leaves_[g + 1] - was[g] * leaves_[g];
+        faulty += was[g];
     }
+    const double recovers = faulty * settings_.recovery_probability + was[bias_mode()] * settings_.bias_fading;
     const double fails = settings_.fault_probability + settings_.outlier_probability + settings_.bias_probability;
     lasting[0] = was[0] * (1 - fails) + recovers;
     lasting[bias_mode()] = was[bias_mode()] * (1 - settings_.bias_fading) + was[0] * settings_.bias_probability;
@@ -135,31 +134,37 @@ void JointHypotheses::predict_bias(int i, double fresh, const Liveliness& lively
 
 // ------------------------------------------------------------------------------------------------ one process hypothesis
 
-// The channel that is explained least by its own variance comes first, so that the others are tested with its updated noise.
+// The channel that is explained least by its own variance is swept first, so that the others are tested with its updated noise. It is the
+// last one of S: the factor's last rows are the covariance of the last channels given all others.
 void JointHypotheses::order(const Innovations& in) {
     for (int a = 0; a < in.count; ++a) {
         const int i = in.present[a];
-        nu_[i] = in.nu[i] * in.nu[i] / (in.base(i, i) + in.fresh[i] * scale_[i]);
+        unexplained_[i] = in.nu[i] * in.nu[i] / (in.base(i, i) + in.fresh[i] * scale_[i]);
         int place = a;
-        for (; place > 0 && nu_[order_[place - 1]] < nu_[i]; --place) order_[place] = order_[place - 1];
+        for (; place > 0 && unexplained_[order_[place - 1]] >= unexplained_[i]; --place) order_[place] = order_[place - 1];
         order_[place] = i;
     }
 }
 
-bool JointHypotheses::begin(const Innovations& in, const Liveliness& lively, int p) {
-    const double motion = lively.driven ? motion_factors[p] - 1 : 0, colour = lively.driven ? colour_factors[p] - 1 : 0;
+bool JointHypotheses::compare(const Innovations& in, const Liveliness& lively) {
+    double motion[hypotheses], colour[hypotheses];
+    for (int p = 0; p < hypotheses; ++p) {
+        motion[p] = lively.driven ? motion_factors[p] - 1 : 0;
+        colour[p] = lively.driven ? colour_factors[p] - 1 : 0;
+    }
     for (int a = 0; a < in.count; ++a) {
         const int i = order_[a];
-        nu_[a] = in.nu[i];
-        R_[a] = in.fresh[i] * scale_[i];
-        const double *base = in.base.data() + i * nz_, *moves = lively.motion.data() + i * nz_;
-        const double* colours = lively.colour.data() + i * nz_;
-        double* row = S_.data() + a * nz_;
-        for (int b = 0; b <= a; ++b) row[b] = base[order_[b]] + motion * moves[order_[b]] + colour * colours[order_[b]];
-        row[a] += R_[a];
+        for (int b = 0; b <= a; ++b) {
+            const int j = order_[b];
+            const double base = in.base(i, j) + (a == b ? in.fresh[i] * scale_[i] : 0);
+            const double moves = lively.motion(i, j), colours = lively.colour(i, j);
+            double* S = S_.element(a, b);
+            for (int p = 0; p < hypotheses; ++p) S[p] = base + motion[p] * moves + colour[p] * colours;
+        }
+        std::fill_n(S_.right(a), hypotheses, in.nu[i]);
     }
-    if (!inverse_.decompose(S_, in.count)) return false;
-    evidence_[p] = -0.5 * (inverse_.square(nu_) + inverse_.log_determinant());
+    if (!S_.decompose(in.count)) return false;
+    for (int p = 0; p < swept_; ++p) evidence_[p] = S_.log_density(in.count, p);
     return true;
 }
 
@@ -169,75 +174,80 @@ bool JointHypotheses::needs_a_sweep(int p) const {
     return process_belief_[p] * std::exp(evidence_[p] + by_modes_ - evidence_[0]) > sweep_from * process_belief_[0];
 }
 
+// From the last channel of S to the first. The channels from a on, given those before it, have the covariance M M' with the lower right
+// block M = [t 0; v T] of the factor, and there the innovations M (h, g), a part of L^-1 nu. With E^-1 = inverse_, E = T T' with the updated
+// noise of the channels behind a, the innovation of a given all others is
+//
+//   r = t (h - v' E^-1 T g) / (1 + v' E^-1 v), of variance t^2 / (1 + v' E^-1 v)
 void JointHypotheses::sweep(const Innovations& in, int p) {
-    inverse_.invert();
-    inverse_.solve(nu_, solved_);
-    for (int a = 0; a < in.count; ++a)
-        for (int b = 0; b <= a; ++b) inverse_S_(a, b) = inverse_S_(b, a) = inverse_.inverse(a, b);
     modes_of_[p] = p;
     LogProduct factors;
     double exponents = 0;
-    for (int a = 0; a < in.count; ++a) {
+    for (int a = in.count - 1; a >= 0; --a) {
         const int i = order_[a];
-        const double fresh = in.fresh[i];
-        if (!(fresh > 0)) continue;
-        const double spread = 1 / inverse_S_(a, a), r = solved_[a] * spread;
-        const double others = std::fmax(0, spread - R_[a]);
-        const double exponent = weigh(i, r, others, fresh);
-        const double total = weigh_modes(i, p, prior_of(i));
-        double precision = 0;
-        for (int m = 0; m < modes(); ++m) precision += posterior(p, i)[m] * precision_[m];
-        factors.times(total * std::sqrt(spread));
-        exponents += exponent + 0.5 * r * solved_[a];
-        innovation_[p * nz_ + i] = r;
-        variance_[p * nz_ + i] = others + fresh;
-        const double found = fresh / std::fmax(precision, least_precision_);
-        change_noise(a, in.count, found - R_[a]);
-        R_[a] = found;
+        const double fresh = in.fresh[i], R = fresh * scale_[i], t = S_.factor(a, a, p), h = S_.solved(a, p);
+        double along = 0, explained = 0;
+        for (int b = a + 1; b < in.count; ++b) column_[b] = S_.factor(b, a, p);
+        for (int b = a + 1; b < in.count; ++b) {
+            const double* row = inverse_.data() + b * nz_;
+            gain_[b] = 0;
+            for (int c = a + 1; c < in.count; ++c) gain_[b] += row[c] * column_[c];
+            along += gain_[b] * column_[b];
+            explained += gain_[b] * behind_[b];
+        }
+        const double share = 1 / (1 + along), spread = t * t * share, r = t * share * (h - explained);
+        double found = R;
+        if (fresh > 0) { // else no noise to test
+            const double others = std::fmax(0, spread - R);
+            const Weighed channel = weigh(i, p, r, others, fresh);
+            found = fresh * channel.scale;
+            factors.times(channel.total * std::sqrt(spread));
+            exponents += channel.exponent + 0.5 * (h - explained) * (h - explained) * share;
+            innovation_[p * nz_ + i] = r;
+            variance_[p * nz_ + i] = others + fresh;
+        }
+        change_noise(a, in.count, t * share, share, spread, found - R);
+        for (int b = a + 1; b < in.count; ++b) behind_[b] += column_[b] * h;
+        behind_[a] = t * h;
     }
     const double by_modes = exponents + factors.log();
     evidence_[p] += by_modes;
     if (p == 0) by_modes_ = by_modes;
 }
 
-double JointHypotheses::weigh(int i, double r, double others, double fresh) {
-    double* likelihood = likelihood_ + i * modes();
+JointHypotheses::Weighed JointHypotheses::weigh(int i, int p, double r, double others, double fresh) {
+    double* each = support(p, i);
     const double half = 0.5 * r * r, away = r - tracked_[i];
     for (int g = 0; g < settings_.levels; ++g) {
         weight_[g] = 1 / (others + level_[g] * fresh);
-        likelihood[g] = -half * weight_[g];
+        each[g] = -half * weight_[g];
     }
     const int bias = bias_mode();
     weight_[bias] = 1 / (others + fresh + tracked_variance_[i]);
-    likelihood[bias] = -0.5 * away * away * weight_[bias];
+    each[bias] = -0.5 * away * away * weight_[bias];
     // The widest level explains an innovation at least as well as the narrower ones.
-    const double largest = std::fmax(likelihood[bias - 1], likelihood[bias]);
-    for (int m = 0; m < modes(); ++m) likelihood[m] = std::exp(likelihood[m] - largest) * std::sqrt(weight_[m]);
-    return largest;
-}
-
-double JointHypotheses::weigh_modes(int i, int p, const double* prior) {
-    const double* likelihood = likelihood_ + i * modes();
-    double *answer = posterior(p, i), total = 0;
+    const double largest = std::fmax(each[bias - 1], each[bias]);
+    double total = 0, precision = 0;
     for (int m = 0; m < modes(); ++m) {
-        answer[m] = prior[m] * likelihood[m];
-        total += answer[m];
+        each[m] = std::exp(each[m] - largest) * std::sqrt(weight_[m]);
+        total += prior_of(i)[m] * each[m];
+        precision += prior_of(i)[m] * each[m] * precision_[m];
     }
     const double inverse_total = 1 / total;
-    for (int m = 0; m < modes(); ++m) answer[m] *= inverse_total;
-    return total;
+    for (int m = 0; m < modes(); ++m) each[m] *= inverse_total;
+    return {largest, total, total / std::fmax(precision, least_precision_ * total)};
 }
 
-// A change of one channel's noise changes the inverse of S by the outer product of its column. Columns of the channels before it are
-// not needed any more.
-void JointHypotheses::change_noise(int a, int count, double change) {
-    const double factor = change / (1 + change * inverse_S_(a, a)), there = factor * solved_[a];
-    const double* __restrict column = inverse_S_.data() + a * nz_; // its row, by symmetry
+void JointHypotheses::change_noise(int a, int count, double shown, double share, double spread, double change) {
+    const double precision = 1 / (spread + change), narrows = share * change * precision;
+    const double* __restrict gain = gain_;
+    double* __restrict first = inverse_.data() + a * nz_;
+    first[a] = precision;
     for (int b = a + 1; b < count; ++b) {
-        double* __restrict row = inverse_S_.data() + b * nz_;
-        const double by = factor * column[b];
-        for (int c = a + 1; c < count; ++c) row[c] -= by * column[c];
-        solved_[b] -= there * column[b];
+        double* __restrict row = inverse_.data() + b * nz_;
+        const double by = narrows * gain[b];
+        for (int c = a + 1; c < count; ++c) row[c] -= by * gain[c];
+        row[a] = first[b] = -shown * precision * gain[b];
     }
 }
 
@@ -246,12 +256,11 @@ void JointHypotheses::weigh_common(const Innovations& in) {
     for (int a = 0; a < in.count; ++a) {
         const int i = in.present[a];
         if (!(in.fresh[i] > 0)) continue;
-        double told = 0;
-        for (int m = 0; m < modes(); ++m) {
-            told += prior_of(i)[m] * likelihood_[i * modes() + m];
-            weight_[m] = prior_of(i)[m] + begins(i, m);
-        }
-        ratio.times(weigh_modes(i, common, weight_) / told);
+        const double* each = support(0, i);
+        double total = 1;
+        for (int m = 0; m < bias_mode(); ++m) total += begins(i, m) * each[m];
+        ratio.times(total);
+        common_[i] = 1 / total;
     }
     evidence_[common] = evidence_[0] + ratio.log();
 }
@@ -306,27 +315,26 @@ void JointHypotheses::conclude(const Innovations& in) {
 
 void JointHypotheses::merge_channel(int i) {
     double* now = belief(i);
-    for (int m = 0; m < modes(); ++m) now[m] = weight_of_modes_[0] * posterior(0, i)[m];
+    const double *lasting = lasting_ + i * modes(), together = hypothesis_[common] * common_[i];
+    for (int m = 0; m < modes(); ++m) now[m] = weight_of_modes_[0] * support(0, i)[m];
     const double stated = weight_of_modes_[0] + hypothesis_[common];
-    double precision = 0, r = stated * innovation_[i], variance = stated * variance_[i];
+    double r = stated * innovation_[i], variance = stated * variance_[i];
     for (int p = 1; p < swept_; ++p) {
         const double weight = weight_of_modes_[p];
         if (!(weight > 0)) continue;
         r += weight * innovation_[p * nz_ + i];
         variance += weight * variance_[p * nz_ + i];
-        for (int m = 0; m < modes(); ++m) now[m] += weight * posterior(p, i)[m];
+        for (int m = 0; m < modes(); ++m) now[m] += weight * support(p, i)[m];
     }
+    double precision = 0, outliers = 0;
     for (int m = 0; m < modes(); ++m) {
-        const double together = hypothesis_[common] * posterior(common, i)[m];
-        precision += (now[m] + together) * precision_[m];
-        // An outlier, by its share of the prior, lasts one sample.
-        double over = 0;
-        if (passing(i, m) > 0) {
-            over = passing(i, m) * (now[m] / prior_of(i)[m] + together / (prior_of(i)[m] + begins(i, m)));
-            now[0] += over;
-        }
-        now[m] += together - over;
+        const double common_support = together * support(0, i)[m], each = now[m] + common_support;
+        const double outlier = passing(i, m) * each; // lasts one sample
+        now[m] = lasting[m] * each + begins(i, m) * common_support;
+        precision += (now[m] + outlier) * precision_[m];
+        outliers += outlier;
     }
+    now[0] += outliers;
     scale_[i] = 1 / std::fmax(precision, least_precision_);
     const double gain = tracked_variance_[i] / (tracked_variance_[i] + variance);
     tracked_[i] += gain * (r - tracked_[i]);

@@ -21,7 +21,7 @@
 #pragma once
 
 #include "ins_error/noise_scale.hpp"
-#include "maths/log_product.hpp"
+#include "maths/cholesky_lanes.hpp"
 
 namespace hnav {
 
@@ -29,8 +29,8 @@ struct JointSettings {
     int levels = 5;
     double level_ratio = 4;
     double fault_probability = 1e-4; // per step, that a healthy channel becomes noisy, at any of its levels
-    double recovery_probability = 1.5e-3; // that it becomes healthy again
-    double outlier_probability = 0.03; // of one sample
+    double recovery_probability = 2e-3; // that it becomes healthy again
+    double outlier_probability = 0.025; // of one sample
     double bias_probability = 1.5e-4; // per step, that the error of a channel jumps
     double bias_sigma = 10; // of such a jump, in sigma of the white noise
     double process_probability = 3e-3; // per step, that the process noise increases
@@ -80,23 +80,26 @@ private:
     // time is saved again, but the probability of an increased process rises by a hundredth.
     static constexpr double sweep_from = 0.05;
 
+    struct Weighed {
+        double exponent, total; // the likelihood of the innovation is total * exp(exponent)
+        double scale; // updated factor on Qv
+    };
+
     // Probabilities before the sample.
     void predict_process();
     void predict_channel(int i);
     void predict_bias(int i, double fresh, const Liveliness& lively);
 
     void order(const Innovations& in);
-    // S of one hypothesis about the process, its factor and log N(nu; 0, S).
-    bool begin(const Innovations& in, const Liveliness& lively, int p);
+    // log N(nu; 0, S) of each hypothesis about the process, and the factors of its S.
+    bool compare(const Innovations& in, const Liveliness& lively);
     // Of an increased process: whether it is probable enough for modes of its own.
     bool needs_a_sweep(int p) const;
     void sweep(const Innovations& in, int p);
-    // Likelihoods of the modes of a channel by its innovation r, whose variance is `others` plus noise; all without the common factor
-    // exp(returned value).
-    double weigh(int i, double r, double others, double fresh);
-    // Posterior of the modes from the last likelihoods, and its normalising sum.
-    double weigh_modes(int i, int p, const double* prior);
-    void change_noise(int a, int count, double change);
+    // Tests a channel by its innovation r, whose variance is `others` plus noise: the support of its modes.
+    Weighed weigh(int i, int p, double r, double others, double fresh);
+    // E^-1 of the channels from a on, with the updated noise of a.
+    void change_noise(int a, int count, double shown, double share, double spread, double change);
     // From the result of the sweep under the stated process.
     void weigh_common(const Innovations& in);
 
@@ -113,7 +116,7 @@ private:
     // The smallest level of an outlier: four sigma.
     int first_outlier() const { return std::min(2, settings_.levels - 1); }
     double* belief(int i) const { return belief_ + i * modes(); }
-    double* posterior(int p, int i) const { return posterior_ + (p * nz_ + i) * modes(); }
+    double* support(int p, int i) const { return support_ + (p * nz_ + i) * modes(); }
     double* prior_of(int i) const { return prior_ + i * modes(); }
     // What common noise adds to the prior of a mode.
     double begins(int i, int m) const {
@@ -131,19 +134,21 @@ private:
     double* process_belief_;
     double *tracked_, *tracked_variance_; // the bias of each channel and its variance
     double *level_, *precision_; // by level; by mode, in units of the healthy one
+    double* leaves_; // by level: probability per step of a change to each neighbouring level
     double least_precision_ = 0; // below it a channel is treated as missing
     double* was_healthy_; // by channel: probability before this step
     double *lasting_, *prior_; // by channel and mode: without outliers, and with them
     double* outlier_; // by channel: for each level of an outlier
-    double* likelihood_; // by channel and mode
-    double* posterior_; // by hypothesis, channel and mode
+    double* support_; // by process, channel and mode: posterior over prior
+    double* common_; // by channel: support under common noise over that under the stated process
     double *innovation_, *variance_; // by process and channel: given the others, healthy
     double* weight_; // by mode
-    double *R_, *nu_, *solved_; // by present channel
     double* opened_;
-    int* order_; // of the present channels
-    Matrix S_, inverse_S_;
-    LowerInverse inverse_;
+    double* unexplained_; // by channel: its squared innovation over its variance
+    double *column_, *gain_, *behind_; // by place in S: of a sweep
+    int* order_; // of the present channels in S
+    Matrix inverse_;
+    CholeskyLanes<hypotheses> S_;
     double evidence_[hypotheses], hypothesis_[hypotheses]; // log Z, then the probability
     double by_modes_ = 0; // log Z - log N(nu; 0, S) of the stated process
     int modes_of_[processes]; // the process whose sweep gave the modes

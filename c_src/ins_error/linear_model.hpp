@@ -59,7 +59,7 @@ public:
           x0(arena.vector(nx)) {}
 
     const int nx, nu, nz;
-    const bool coloured; // without An there is no lambda at all
+    const bool coloured; // false without An: no lambda
 
     Matrix A, B, H, An;
     Matrix Q;  // G Qw G'
@@ -120,13 +120,13 @@ private:
     // Solves L = M L M' + W by doubling: after i iterations the sum has 2^i terms.
     static Small stationary(Small M, const Small& W);
 
-    // A mode a of A is not separable from lambda when H a behaves as lambda does: (An - mu I) H a = Hd a = 0, with
+    // A mode a of A is not separable from lambda when H a has the dynamics of lambda: (An - mu I) H a = Hd a = 0, with
     // Hd = H A - An H. If such a mode does not decay, the covariance grows without bound (Popov-Belevitch-Hautus).
     bool detectable(const Small& F, const Small& Hs, const Small& Ns, Refusal& why) const;
 
     // For a mode a of A with eigenvalue mu, |(mu - An) H a| / (|(1 - mu) H a| + |(1 - An) H a|): 0 when the mode moves
     // the measurements just as lambda does, so that they separate by the start values alone; 1 when it is far from that.
-    // In units of sigma(lambda), which makes the channels comparable; a channel without colour shows the mode plainly.
+    // In units of sigma(lambda), which makes the channels comparable; a channel without colour observes the mode directly.
     void judge_separability();
 };
 

@@ -1,13 +1,13 @@
-// How much noisier than healthy each measurement channel is: a factor s_i >= 1 on the variance of its white noise v_i,
-// from the innovations. Only Qv is scaled: a sensor fault does not change the aircraft or its air.
+// Noise scale of each measurement channel: a factor s_i >= 1 on the variance of its white noise v_i, estimated from the
+// innovations. Only Qv is scaled: a sensor fault does not change the aircraft or its air.
 //
 //   paper match  s_i = max(1, (mean of nu_i^2 over a window - variance of the prediction) / r_i), the paper's adaptation
 //                on one channel. Biased: the maximum of 1 and an estimate of 1 is above 1, by 1/sqrt(pi M).
 //   gated match  the same, but 1 as long as the conditional innovations of the window pass a chi-square test.
 //   HMM          s_i is a hidden Markov chain over 1, 4, 16, ...: it stays healthy, jumps to any level, recovers, drifts.
-//                Its posterior follows from one innovation at a time, so no window delays onset and recovery.
+//                Its posterior is updated by each innovation, so no window delays onset and recovery.
 //
-// Innovations of channels share the error of the prediction, so a fault in one shows in all. Test and chain therefore use
+// The error of the prediction is common to the innovations of all channels, so a fault in one appears in all. Test and chain therefore use
 // the innovation of a channel given those of all others: (S^-1 nu)_i / (S^-1)_ii, of variance 1 / (S^-1)_ii.
 #pragma once
 
@@ -28,9 +28,9 @@ struct NoiseScaleSettings {
     double gate_alpha = 1e-3; // false alarms per test of a window
     int levels = 5;
     double level_ratio = 4;
-    double fault_probability = 1e-3;    // healthy to any of the faulty levels, per step
+    double fault_probability = 1e-3; // healthy to any of the faulty levels, per step
     double recovery_probability = 2e-3; // faulty to healthy
-    double drift_probability = 1e-2;    // faulty to the neighbouring levels, together
+    double drift_probability = 1e-2; // faulty to the neighbouring levels, together
 };
 
 // x with P(chi square of `freedom` > x) = alpha. Bisection: done once, in create.
@@ -45,20 +45,20 @@ inline double chi_square_limit(int freedom, double alpha) {
     return high;
 }
 
-// What one sample says: innovations and where their variance comes from.
+// Innovations of one sample, and the parts of their variance.
 struct Innovations {
-    const double* nu;            // by channel
-    const Matrix& base;          // S without the white noise that is to be scaled
-    const double* fresh;         // healthy variance of the noise that is scaled: Qv_ii
-    const double* past;          // variance of earlier noise in nu (differenced forms), as scaled then
-    const double* past_healthy;  // the same, unscaled
-    const int* present;          // channels that have a measurement
-    int count;                   // of them
+    const double* nu; // by channel
+    const Matrix& base; // S without the white noise that is to be scaled
+    const double* fresh; // healthy variance of the noise that is scaled: Qv_ii
+    const double* past; // variance of earlier noise in nu (differenced forms), as scaled then
+    const double* past_healthy; // the same, unscaled
+    const int* present; // channels that have a measurement
+    int count; // of them
 };
 
 class NoiseScale {
 public:
-    // state: what a saved filter must hold; work: what a step forgets.
+    // state: contents of a saved filter; work: scratch of a step.
     NoiseScale(MatrixArena& state, MatrixArena& work, int nz, const NoiseScaleSettings& s)
         : settings_(s),
           nz_(nz),
@@ -169,8 +169,8 @@ private:
         return sum / settings_.window;
     }
 
-    // Two passes: the chain's prediction gives each channel a noise to judge the others by; then each channel's own
-    // innovation, given the others, weighs its levels. R = fresh / E[1/s] weighs the measurement as the mixture would.
+    // Two passes: the predicted chain gives the noise of each channel; then the innovation of each channel, given the others
+    // with that noise, weighs its levels. R = fresh / E[1/s] gives the measurement the weight that it has in the mixture.
     bool update_chain(const Innovations& in) {
         for (int i = 0; i < nz_; ++i)
             if (in.fresh[i] > 0) predict(i);

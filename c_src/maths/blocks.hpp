@@ -1,5 +1,5 @@
-// Parts of a matrix whose sizes are known when compiled. The same as Eigen's members of these names, which in a template on
-// the scalar would have to be called A.template middleCols<n>(first).
+// Blocks of a matrix with sizes known at compile time. The same as Eigen's members of these names, which in a template on the
+// scalar would be written A.template middleCols<n>(first).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,6 @@
-// Factorisation A = L D L' (L unit lower triangular, D diagonal) of matrices whose size is known when compiled. Eigen's
-// own goes through code made for large matrices; for the 3 to 7 rows of a correction these loops take a third of its
-// time, and D spares the square roots.
+// Factorisation A = L D L' (L unit lower triangular, D diagonal) of matrices with sizes known at compile time. Eigen's uses
+// code for large matrices; for the 3 to 7 rows of a correction these loops take a third of its time, and D avoids the square
+// roots.
 #pragma once
 
 #include "maths/covariance.hpp"
@@ -67,7 +67,7 @@ public:
         for (int i = 0; i < n; ++i) scaled.row(i) *= inverse_d_[i];
         if constexpr (n > 2) {
             P += B.transpose() * scaled;
-        } else { // column by column: Eigen would send a product of so few rows through code for large matrices
+        } else { // column by column: Eigen would use its code for large matrices
             const Eigen::Matrix<R, k, n> Bt = B.transpose();
             for (int j = 0; j < k; ++j) {
                 Eigen::Matrix<R, k, 1> column = scaled(0, j) * Bt.col(0);

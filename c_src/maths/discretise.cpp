@@ -1,4 +1,4 @@
-// Compiled once: the exponential of a matrix takes seconds of compile time wherever it is used.
+// Compiled once: the exponential of a matrix takes seconds of compile time in each file.
 #include "maths/discretise.hpp"
 
 #include <unsupported/Eigen/MatrixFunctions>

@@ -1,5 +1,5 @@
-// Eigenvalues of a small symmetric matrix, in ascending order, without vectors. Eigen's solver goes through code for large
-// matrices and turns the vectors' plane rotations along; of 7 rows this takes a fifth of its time.
+// Eigenvalues of a small symmetric matrix, in ascending order, without vectors. Eigen's solver uses code for large matrices
+// and accumulates the rotations of the vectors; for 7 rows this takes a fifth of its time.
 #pragma once
 
 #include "maths/covariance.hpp"
@@ -11,7 +11,7 @@
 
 namespace hnav {
 
-// Householder's tridiagonal form: the diagonal and the squares beside it.
+// Householder's tridiagonal form: the diagonal and the squared off-diagonal.
 template <int n, class R>
 struct Tridiagonal {
     R diagonal[n];
@@ -91,7 +91,7 @@ Eigen::Matrix<R, n, 1> eigenvalues(const Square<n, std::common_type_t<R>>& A) {
             while (m < n - 1 && !splits_after(m)) ++m;
             ql_step(d, e2, l, m);
         }
-    // Insertion sort: they are few, and std::sort would add code of the C++ library to a static link.
+    // Insertion sort for a few numbers; std::sort would add code of the C++ library to a static link.
     for (int i = 1; i < n; ++i)
         for (int j = i; j > 0 && d[j] < d[j - 1]; --j) std::swap(d[j], d[j - 1]);
     return Eigen::Map<const Eigen::Matrix<R, n, 1>>(d) * scale;

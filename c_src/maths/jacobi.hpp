@@ -23,7 +23,7 @@ public:
     Square<n, R> V;
 
 private:
-    // False: the matrix was diagonal.
+    // False: the matrix was already diagonal.
     bool turn_all() {
         constexpr R precision = std::numeric_limits<R>::epsilon();
         const R size = A_.diagonal().cwiseAbs().maxCoeff();

@@ -1,4 +1,4 @@
-// The logarithm of a product of many positive factors, with one call of log for as many as a double can hold.
+// The logarithm of a product of many positive factors: multiplies while the product fits into a double, then calls log once.
 #pragma once
 
 #include <cmath>

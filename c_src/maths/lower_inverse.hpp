@@ -2,7 +2,6 @@
 // (leave-one-out) innovations need.
 #pragma once
 
-#include "maths/log_product.hpp"
 #include "maths/matrix_arena.hpp"
 
 #include <cmath>
@@ -19,13 +18,6 @@ public:
 
     // Takes the lower triangle of the leading n x n block. False: A is not positive definite.
     bool factor(const Matrix& A, int n) {
-        if (!decompose(A, n)) return false;
-        invert();
-        return true;
-    }
-
-    // As factor, without the inverse: square() and log_determinant() alone have an answer until invert() is called.
-    bool decompose(const Matrix& A, int n) {
         n_ = n;
         // Row by row: each element needs the rows above it alone.
         for (int i = 0; i < n; ++i) {
@@ -42,10 +34,6 @@ public:
             if (!(d > 0)) return false; // NaN too
             W_[i * capacity_ + i] = 1 / std::sqrt(d);
         }
-        return true;
-    }
-
-    void invert() {
         for (int i = 0; i < n_; ++i) {
             for (int j = 0; j < i; ++j) W(i, j) = 0;
             for (int k = 0; k < i; ++k) {
@@ -53,18 +41,7 @@ public:
                 for (int j = 0; j <= k; ++j) W(i, j) += factor * W(k, j);
             }
         }
-    }
-
-    // b' A^-1 b
-    double square(const double* b) const {
-        double sum = 0;
-        for (int i = 0; i < n_; ++i) {
-            double rest = b[i];
-            for (int k = 0; k < i; ++k) rest -= L(i, k) * half_[k];
-            half_[i] = rest * W(i, i);
-            sum += half_[i] * half_[i];
-        }
-        return sum;
+        return true;
     }
 
     // x = A^-1 b
@@ -84,13 +61,6 @@ public:
         double sum = 0;
         for (int i = j; i < n_; ++i) sum += W(i, j) * W(i, j);
         return sum;
-    }
-
-    // Of A.
-    double log_determinant() const {
-        LogProduct roots;
-        for (int j = 0; j < n_; ++j) roots.times(W(j, j));
-        return -2 * roots.log();
     }
 
     // (A^-1)_ij

@@ -1,4 +1,4 @@
-// Eigenvalues of matrices of run-time size, compiled once: they take seconds of compile time wherever they are used.
+// Eigenvalues of matrices with sizes known at run time, compiled once: they take seconds of compile time in each file.
 #pragma once
 
 #include "maths/discretise.hpp"

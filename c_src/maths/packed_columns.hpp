@@ -1,5 +1,5 @@
-// The upper triangle of a covariance, packed column by column: so a column lies in one piece, there as in the matrix, and is
-// moved by loads and stores of a length that is known when compiled. For large matrices; in the small build by loops.
+// The upper triangle of a covariance, packed column by column: a column is contiguous both there and in the matrix, and is
+// moved by loads and stores of a length known at compile time. For large matrices; in the small build by loops.
 #pragma once
 
 #include "base/small.hpp"

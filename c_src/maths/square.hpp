@@ -1,4 +1,4 @@
-// x^2, for readable expressions; the variance of an angle that may be any.
+// x^2, for readable expressions; the variance of an angle without information.
 #pragma once
 
 #include <cmath>

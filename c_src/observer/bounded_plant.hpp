@@ -14,14 +14,19 @@ class BoundedPlant final : public Plant {
 public:
     // Takes ownership of the plant. Null: no memory.
     static BoundedPlant* create(Plant* plant, const Problem& problem) {
-        const int numbers = problem.n + problem.sizes.inputs + problem.sizes.parameters;
+        const int numbers = problem.n * (1 + plant->sizes.points) + problem.sizes.inputs + problem.sizes.parameters;
         void* block = take_block(numbers * sizeof(double));
         auto* made = block ? make_object<BoundedPlant>(plant, problem, static_cast<double*>(block)) : nullptr;
         if (!made) release_block(block);
         return made;
     }
     BoundedPlant(Plant* plant, const Problem& problem, double* block)
-        : plant_(plant), problem_(problem), x_(block), u_(x_ + problem.n), p_(u_ + problem.sizes.inputs) {
+        : plant_(plant),
+          problem_(problem),
+          x_(block),
+          u_(x_ + problem.n),
+          p_(u_ + problem.sizes.inputs),
+          sides_(p_ + problem.sizes.parameters) {
         sizes = plant->sizes;
     }
     ~BoundedPlant() {
@@ -35,6 +40,22 @@ public:
             if ((at.x[i] < problem_.low[i] && values[i] < 0) || (at.x[i] > problem_.high[i] && values[i] > 0)) values[i] = 0;
         return answer;
     }
+
+    Answer evaluate_points(Function function, const Points& at, double* values) override {
+        const int rows = sizes.rows(function);
+        for (int k = 0; k < at.count; ++k) {
+            double *x = at.x + k * problem_.n, *sides = sides_ + k * problem_.n;
+            for (int i = 0; i < problem_.n; ++i) sides[i] = x[i] < problem_.low[i] ? -1 : x[i] > problem_.high[i] ? 1 : 0;
+            put_inside({at.t_s, x, at.u + k * sizes.inputs, at.p + k * sizes.parameters}, x, at.u + k * sizes.inputs,
+                       at.p + k * sizes.parameters);
+        }
+        const Answer answer = plant_->evaluate_points(function, at, values);
+        for (int i = 0; function == Function::derivatives && i < at.count * rows; ++i)
+            if (sides_[i] * values[i] > 0) values[i] = 0;
+        return answer;
+    }
+
+    Answer step(const Point& from, double length_s, double* x) override { return plant_->step(inside(from), length_s, x); }
 
     bool offers(Function function, Variable variable) const override { return plant_->offers(function, variable); }
 
@@ -58,7 +79,7 @@ public:
     Answer step_done(const Point& at, bool* wants_event) override { return plant_->step_done(inside(at), wants_event); }
     bool memory_lasts() const override { return plant_->memory_lasts(); }
     double first_event_s() override { return plant_->first_event_s(); }
-    bool begin_anew(Refusal& why) override { return plant_->begin_anew(why); }
+    bool go_to_start(Refusal& why) override { return plant_->go_to_start(why); }
     void set_holders(const Holders& h) override { plant_->set_holders(h); }
     int state_of_output(int output) const override { return plant_->state_of_output(output); }
     const char* said() const override { return plant_->said(); }
@@ -66,21 +87,26 @@ public:
 
 private:
     Point inside(const Point& at) {
+        put_inside(at, x_, u_, p_);
+        return {at.t_s, x_, u_, p_};
+    }
+
+    void put_inside(const Point& at, double* x, double* u, double* p) const {
         const auto put = [this](const double* from, int first, int count, double* to) {
             for (int i = 0; i < count; ++i) to[i] = std::clamp(from[i], problem_.low[first + i], problem_.high[first + i]);
         };
-        put(at.x, 0, problem_.n, x_);
-        std::copy_n(at.u, problem_.known, u_);
-        put(at.u + problem_.known, problem_.n, sizes.unknown_inputs, u_ + problem_.known);
-        put(at.p, problem_.moving, sizes.parameters, p_);
+        put(at.x, 0, problem_.n, x);
+        for (int i = 0; i < problem_.known; ++i) u[i] = at.u[i];
+        put(at.u + problem_.known, problem_.n, sizes.unknown_inputs, u + problem_.known);
+        put(at.p, problem_.moving, sizes.parameters, p);
         for (int k = 0; k < sizes.parameters; ++k)
-            if (problem_.is_log[k] != 0) p_[k] = std::exp(p_[k]);
-        return {at.t_s, x_, u_, p_};
+            if (problem_.is_log[k] != 0) p[k] = std::exp(p[k]);
     }
 
     Plant* plant_;
     const Problem& problem_;
     double *x_, *u_, *p_;
+    double* sides_; // of points: -1 and 1 where a state is beyond a bound
 };
 
 } // namespace hnav::observer

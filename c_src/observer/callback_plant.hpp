@@ -15,10 +15,17 @@ public:
     explicit CallbackPlant(const hnav_plant& given) : given_(given) {
         sizes = {given.n_states,  given.n_inputs,     given.n_unknown_inputs, given.n_parameters,
                  given.n_outputs, given.n_indicators, given.n_discrete,       given.event != nullptr};
+        if (given.derivatives_at_points || given.outputs_at_points)
+            sizes.points = std::min(2 * sizes.estimated() + 1, most_points);
     }
 
     Answer evaluate(Function function, const Point& at, double* values) override {
         return ask(function == Function::derivatives ? given_.derivatives : given_.outputs, at, values);
+    }
+
+    Answer evaluate_points(Function function, const Points& at, double* values) override {
+        const auto points = function == Function::derivatives ? given_.derivatives_at_points : given_.outputs_at_points;
+        return points ? answer_of(points(given_.context, at.count, at.t_s, at.x, at.u, at.p, values)) : Answer::broken;
     }
 
     Answer indicators(const Point& at, double* z) override {
@@ -59,9 +66,12 @@ private:
     }
 
     Answer ask(hnav_plant_function function, const Point& at, double* values) const {
-        const int answer = function(given_.context, at.t_s, at.x, at.u, at.p, values);
-        return answer == 0 ? Answer::ok : answer > 0 ? Answer::elsewhere : Answer::broken;
+        return answer_of(function(given_.context, at.t_s, at.x, at.u, at.p, values));
     }
+
+    static Answer answer_of(int answer) { return answer == 0 ? Answer::ok : answer > 0 ? Answer::elsewhere : Answer::broken; }
+
+    static constexpr int most_points = 129; // limits the memory of large plants
 
     hnav_plant given_;
 };

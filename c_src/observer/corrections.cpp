@@ -11,7 +11,7 @@ namespace {
 constexpr double nis_window = 50; // samples
 // 99.9 % of the means of 50 squared unit normals are between these.
 constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
-constexpr int samples_to_ready = 20, doubts_to_fall = 3;
+constexpr int samples_to_ready = 20, violations_to_fall = 3;
 constexpr double sure_part = 0.99;
 constexpr double samples_to_check = 8; // the usual change is then estimated
 constexpr double stale_runs = 4; // usual runs of equal samples; further repetitions of a sensor with noise carry no information
@@ -80,13 +80,13 @@ bool Model::linearise(State& s, const Event& event, int i) const {
     const Problem& p = *problem_;
     const double* part = part_of(s, i);
     double *y = work_->y + i * p.sensors, *H = work_->H + i * p.sensors * p.N;
-    if (crosses()) plant_->recall(part + layout().memory);
+    if (remembers()) plant_->recall(part + layout().memory);
     const Point here = point(s, part, part);
-    if (!ask(plant_->evaluate(Function::outputs, here, y), Function::outputs, here.t_s, nullptr, 0)) return false;
+    const Linearisation::Answers answer = work_->linearisation.linearise(*plant_, Function::outputs, here, y, H);
+    if (!ask(answer.values, Function::outputs, here.t_s, nullptr, 0)) return false;
     for (int k = 0; k < p.sensors; ++k)
         if (event.has(sensor_channel(k)) && !ask(Answer::ok, Function::outputs, here.t_s, y + k, 1)) return false;
-    if (!ask(work_->linearisation.jacobian(*plant_, Function::outputs, here, H), Function::outputs, here.t_s, H, p.sensors * p.N))
-        return false;
+    if (!ask(answer.jacobian, Function::outputs, here.t_s, H, p.sensors * p.N)) return false;
     unpack_upper(part + layout().P, p.N, 1, work_->P);
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
@@ -136,7 +136,7 @@ void Model::forget_time(State& s) const {
     double *P = work_->P, *dX = work_->slope_here;
     for (int i = 0; i < parts_of(s); ++i) {
         double* part = part_of(s, i);
-        if (crosses()) plant_->recall(part + layout().memory);
+        if (remembers()) plant_->recall(part + layout().memory);
         expected(part, work_->x);
         if (!slope(s, s.x()[layout().t], work_->x, dX)) std::fill_n(dX, p.N, 0.0);
         unpack_upper(part + layout().P, p.N, 1, P);
@@ -152,7 +152,7 @@ void Model::forget_time(State& s) const {
 // sample, in sigmas of the sensor and in usual changes, and from the prediction. A sensor is stuck if it repeats a value while
 // the plant moves away from that value. If a sensor with noise repeats a value for longer than its resolution explains, its
 // samples have one common error.
-double Model::believe(State& s, const Event& event, int k) const {
+double Model::variance_factor(State& s, const Event& event, int k) const {
     const Layout& at = layout();
     double* v = s.x();
     Check& health = check(s, k);
@@ -183,7 +183,7 @@ void Model::gate(State& s, const Event& event, double* inflation) const {
     for (int k = 0; k < p.sensors; ++k) {
         if (!event.has(sensor_channel(k))) continue;
         double nis = v[at.of_sensor(k, Layout::nis)];
-        inflation[k] = believe(s, event, k);
+        inflation[k] = variance_factor(s, event, k);
         if (std::isinf(inflation[k])) continue;
         if (p.gate_nis[k] > 0 && nis > p.gate_nis[k] && v[at.ready] != 0) {
             inflation[k] *= nis / p.gate_nis[k];
@@ -305,7 +305,7 @@ double Model::correct_part(State& s, const Event& event, int i, const double* in
         for (int j = 0; j < p.N; ++j) X[j] += part[at.beyond + j];
         place(X, work_->P, part);
     }
-    if (crosses()) plant_->recall(part + at.memory);
+    if (remembers()) plant_->recall(part + at.memory);
     pull_back(s, part, X, work_->P);
     pack_upper(work_->P, p.N, part + at.P);
     if (crosses()) {
@@ -369,8 +369,8 @@ void Model::judge(State& s, const double* before) const {
         const double mean = v[at.of_sensor(i, Layout::mean_nis)], samples = v[at.of_sensor(i, Layout::samples)];
         if (samples > 0) ready = ready && samples >= samples_to_ready && mean > min_mean_nis && mean < max_mean_nis;
     }
-    v[at.doubts] = ready ? 0 : v[at.doubts] + 1;
-    v[at.ready] = ready || (v[at.ready] != 0 && v[at.doubts] < doubts_to_fall);
+    v[at.violations] = ready ? 0 : v[at.violations] + 1;
+    v[at.ready] = ready || (v[at.ready] != 0 && v[at.violations] < violations_to_fall);
 }
 
 // Information of a correction, from the variances before it; whether it reaches that of the limits.

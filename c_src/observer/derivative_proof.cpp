@@ -74,7 +74,7 @@ void compare(const Problem& problem, Function f, Variable v, const double* claim
             *worst = off;
             block->row = i;
             block->column = j;
-            block->told = a;
+            block->stated = a;
             block->measured = b;
         }
     }

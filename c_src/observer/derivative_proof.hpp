@@ -10,7 +10,7 @@ namespace hnav::observer {
 struct BlockProof {
     bool offered, exact;
     int row, column; // of the worst element: of the function, and of X
-    double told, measured; // its value by the plant and by differences
+    double stated, measured; // its value by the plant and by differences
 };
 
 struct DerivativeProof {

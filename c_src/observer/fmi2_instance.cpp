@@ -1,4 +1,4 @@
-// FMI 2.0, Model Exchange.
+// FMI 2.0, Model Exchange and Co-Simulation.
 #include "base/memory.hpp"
 #include "observer/fmi_instance.hpp"
 
@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <iterator>
 
 namespace hnav::observer {
 
@@ -27,6 +26,8 @@ void log(fmi2ComponentEnvironment environment, fmi2String, fmi2Status, fmi2Strin
 
 class Fmi2Instance final : public FmiInstance {
 public:
+    explicit Fmi2Instance(bool steps) : FmiInstance(steps) {}
+
     bool find(const SharedLibrary& library, const char** missing) override {
         // Optional functions.
         get_indicators_ = library.function<fmi2GetEventIndicatorsTYPE>("fmi2GetEventIndicators");
@@ -43,17 +44,19 @@ public:
                               take(library, setup_, "fmi2SetupExperiment", missing),
                               take(library, enter_init_, "fmi2EnterInitializationMode", missing),
                               take(library, exit_init_, "fmi2ExitInitializationMode", missing),
-                              take(library, event_mode_, "fmi2EnterEventMode", missing),
-                              take(library, iterate_, "fmi2NewDiscreteStates", missing),
-                              take(library, continuous_, "fmi2EnterContinuousTimeMode", missing),
                               take(library, set_, "fmi2SetReal", missing),
-                              take(library, get_, "fmi2GetReal", missing),
-                              take(library, set_time_, "fmi2SetTime", missing),
-                              take(library, set_states_, "fmi2SetContinuousStates", missing),
-                              take(library, get_states_, "fmi2GetContinuousStates", missing),
-                              take(library, nominals_, "fmi2GetNominalsOfContinuousStates", missing),
-                              take(library, derivatives_, "fmi2GetDerivatives", missing)};
-        return std::all_of(std::begin(found), std::end(found), [](bool is) { return is; });
+                              take(library, get_, "fmi2GetReal", missing)};
+        if (!all(found)) return false;
+        if (steps()) return take(library, step_, "fmi2DoStep", missing);
+        const bool exchange[] = {take(library, event_mode_, "fmi2EnterEventMode", missing),
+                                 take(library, iterate_, "fmi2NewDiscreteStates", missing),
+                                 take(library, continuous_, "fmi2EnterContinuousTimeMode", missing),
+                                 take(library, set_time_, "fmi2SetTime", missing),
+                                 take(library, set_states_, "fmi2SetContinuousStates", missing),
+                                 take(library, get_states_, "fmi2GetContinuousStates", missing),
+                                 take(library, nominals_, "fmi2GetNominalsOfContinuousStates", missing),
+                                 take(library, derivatives_, "fmi2GetDerivatives", missing)};
+        return all(exchange);
     }
 
     bool instantiate(const char* token, const char* resources) override {
@@ -63,7 +66,8 @@ public:
         for (const char* c = resources; *c && at + 4 < sizeof uri; ++c) at += escape(*c, uri + at);
         uri[at] = '\0';
         callbacks_ = {log, std::calloc, std::free, nullptr, this};
-        instance_ = instantiate_("plant", fmi2ModelExchange, token, uri, &callbacks_, fmi2False, fmi2False);
+        instance_ =
+            instantiate_("plant", steps() ? fmi2CoSimulation : fmi2ModelExchange, token, uri, &callbacks_, fmi2False, fmi2False);
         return instance_ != nullptr;
     }
 
@@ -133,6 +137,11 @@ public:
         return answer(directional_(instance_, unknown, rows, known, count, ones(), column));
     }
 
+    Answer step(double t_s, double length_s, bool* terminate) override {
+        *terminate = false;
+        return answer(step_(instance_, t_s, length_s, fmi2False));
+    }
+
     void destroy() override { destroy_object(this); }
 
 private:
@@ -148,6 +157,7 @@ private:
     fmi2CallbackFunctions callbacks_{};
     fmi2InstantiateTYPE* instantiate_ = nullptr;
     fmi2FreeInstanceTYPE* free_ = nullptr;
+    fmi2DoStepTYPE* step_ = nullptr;
     fmi2SetupExperimentTYPE* setup_ = nullptr;
     fmi2EnterInitializationModeTYPE* enter_init_ = nullptr;
     fmi2ExitInitializationModeTYPE* exit_init_ = nullptr;
@@ -174,6 +184,6 @@ private:
 
 } // namespace
 
-FmiInstance* make_fmi2_instance() { return make_object<Fmi2Instance>(); }
+FmiInstance* make_fmi2_instance(bool steps) { return make_object<Fmi2Instance>(steps); }
 
 } // namespace hnav::observer

@@ -1,4 +1,4 @@
-// FMI 3.0, Model Exchange.
+// FMI 3.0, Model Exchange and Co-Simulation.
 #include "base/memory.hpp"
 #include "observer/fmi_instance.hpp"
 
@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <iterator>
 
 namespace hnav::observer {
 namespace {
@@ -19,6 +18,8 @@ void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String
 
 class Fmi3Instance final : public FmiInstance {
 public:
+    explicit Fmi3Instance(bool steps) : FmiInstance(steps) {}
+
     bool find(const SharedLibrary& library, const char** missing) override {
         // Optional functions.
         get_indicators_ = library.function<fmi3GetEventIndicatorsTYPE>("fmi3GetEventIndicators");
@@ -31,25 +32,30 @@ public:
         deserialize_ = library.function<fmi3DeserializeFMUStateTYPE>("fmi3DeserializeFMUState");
         directional_ = library.function<fmi3GetDirectionalDerivativeTYPE>("fmi3GetDirectionalDerivative");
         indicators_ = library.function<fmi3GetNumberOfEventIndicatorsTYPE>("fmi3GetNumberOfEventIndicators");
-        const bool found[] = {take(library, instantiate_, "fmi3InstantiateModelExchange", missing),
-                              take(library, free_, "fmi3FreeInstance", missing),
+        const bool found[] = {take(library, free_, "fmi3FreeInstance", missing),
                               take(library, enter_init_, "fmi3EnterInitializationMode", missing),
                               take(library, exit_init_, "fmi3ExitInitializationMode", missing),
-                              take(library, event_mode_, "fmi3EnterEventMode", missing),
-                              take(library, iterate_, "fmi3UpdateDiscreteStates", missing),
-                              take(library, continuous_, "fmi3EnterContinuousTimeMode", missing),
-                              take(library, set_, "fmi3SetFloat64", missing),
-                              take(library, get_, "fmi3GetFloat64", missing),
-                              take(library, set_time_, "fmi3SetTime", missing),
-                              take(library, set_states_, "fmi3SetContinuousStates", missing),
-                              take(library, get_states_, "fmi3GetContinuousStates", missing),
-                              take(library, nominals_, "fmi3GetNominalsOfContinuousStates", missing),
-                              take(library, derivatives_, "fmi3GetContinuousStateDerivatives", missing)};
-        return std::all_of(std::begin(found), std::end(found), [](bool is) { return is; });
+                              take(library, set_, "fmi3SetFloat64", missing), take(library, get_, "fmi3GetFloat64", missing)};
+        if (!all(found)) return false;
+        if (steps())
+            return take(library, instantiate_steps_, "fmi3InstantiateCoSimulation", missing) &&
+                   take(library, step_, "fmi3DoStep", missing);
+        const bool exchange[] = {take(library, instantiate_, "fmi3InstantiateModelExchange", missing),
+                                 take(library, event_mode_, "fmi3EnterEventMode", missing),
+                                 take(library, iterate_, "fmi3UpdateDiscreteStates", missing),
+                                 take(library, continuous_, "fmi3EnterContinuousTimeMode", missing),
+                                 take(library, set_time_, "fmi3SetTime", missing),
+                                 take(library, set_states_, "fmi3SetContinuousStates", missing),
+                                 take(library, get_states_, "fmi3GetContinuousStates", missing),
+                                 take(library, nominals_, "fmi3GetNominalsOfContinuousStates", missing),
+                                 take(library, derivatives_, "fmi3GetContinuousStateDerivatives", missing)};
+        return all(exchange);
     }
 
     bool instantiate(const char* token, const char* resources) override {
-        instance_ = instantiate_("plant", token, resources, false, false, this, log);
+        instance_ =
+            steps() ? instantiate_steps_("plant", token, resources, false, false, false, false, nullptr, 0, this, log, nullptr)
+                    : instantiate_("plant", token, resources, false, false, this, log);
         return instance_ != nullptr;
     }
 
@@ -115,11 +121,19 @@ public:
         return answer(directional_(instance_, unknown, rows, known, count, ones(), count, column, rows));
     }
 
+    Answer step(double t_s, double length_s, bool* terminate) override {
+        bool event = false, early = false;
+        double last_s = 0;
+        return answer(step_(instance_, t_s, length_s, false, &event, terminate, &early, &last_s));
+    }
+
     void destroy() override { destroy_object(this); }
 
 private:
     fmi3Instance instance_ = nullptr;
     fmi3InstantiateModelExchangeTYPE* instantiate_ = nullptr;
+    fmi3InstantiateCoSimulationTYPE* instantiate_steps_ = nullptr;
+    fmi3DoStepTYPE* step_ = nullptr;
     fmi3FreeInstanceTYPE* free_ = nullptr;
     fmi3EnterInitializationModeTYPE* enter_init_ = nullptr;
     fmi3ExitInitializationModeTYPE* exit_init_ = nullptr;
@@ -147,6 +161,6 @@ private:
 
 } // namespace
 
-FmiInstance* make_fmi3_instance() { return make_object<Fmi3Instance>(); }
+FmiInstance* make_fmi3_instance(bool steps) { return make_object<Fmi3Instance>(steps); }
 
 } // namespace hnav::observer

@@ -1,4 +1,4 @@
-// One instance of an FMU in Model Exchange, in the calls that FMI 2 and FMI 3 share.
+// One instance of an FMU in Model Exchange or Co-Simulation, in the calls that FMI 2 and FMI 3 share.
 #pragma once
 
 #include "observer/problem.hpp"
@@ -51,16 +51,22 @@ public:
     // Along all the known ones together.
     virtual Answer directional(const Reference* unknown, int rows, const Reference* known, int count, double* column) = 0;
 
+    // Of Co-Simulation; it may be set back to a state before this step.
+    virtual Answer step(double t_s, double length_s, bool* terminate) = 0;
+
     virtual void destroy() = 0;
 
     char said[256] = "";
     bool dead = false; // after a fatal error no function may be called
 
 protected:
-    FmiInstance() { std::fill_n(ones_, max_estimated, 1.0); }
+    explicit FmiInstance(bool steps) : steps_(steps) { std::fill_n(ones_, max_estimated, 1.0); }
     ~FmiInstance() = default;
 
     const double* ones() const { return ones_; }
+
+    // In Co-Simulation.
+    bool steps() const { return steps_; }
 
     // One function of the library.
     template <class Function>
@@ -70,6 +76,11 @@ protected:
         return function != nullptr;
     }
 
+    template <std::size_t count>
+    static bool all(const bool (&found)[count]) {
+        return std::all_of(found, found + count, [](bool is) { return is; });
+    }
+
     // Statuses have the same numbers in both versions.
     Answer answer(int status) {
         if (status >= 4) dead = true;
@@ -77,11 +88,12 @@ protected:
     }
 
 private:
+    const bool steps_;
     double ones_[max_estimated];
 };
 
-// Null: no memory.
-FmiInstance* make_fmi2_instance();
-FmiInstance* make_fmi3_instance();
+// steps: in Co-Simulation. Null: no memory.
+FmiInstance* make_fmi2_instance(bool steps);
+FmiInstance* make_fmi3_instance(bool steps);
 
 } // namespace hnav::observer

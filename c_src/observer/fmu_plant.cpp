@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <initializer_list>
+#include <utility>
 
 namespace hnav::observer {
 namespace {
@@ -73,11 +74,11 @@ bool FmuPlant::load(const char* folder, Refusal& why) {
     // Static variables are shared by all instances of a loaded library: each plant loads a file of its own.
     if (!library_.open_alone(path, reason, sizeof reason))
         return why.refuse(Refusal::impossible, "%.100s cannot be loaded: %s", binary, reason);
-    fmi_ = plan_.fmi == 2 ? make_fmi2_instance() : make_fmi3_instance();
+    fmi_ = plan_.fmi == 2 ? make_fmi2_instance(by_steps()) : make_fmi3_instance(by_steps());
     if (!fmi_) return why.refuse(Refusal::plant, "no memory for an instance");
     if (!fmi_->find(library_, &missing))
-        return why.refuse(Refusal::impossible, "%.100s has no function %s: it does not offer Model Exchange of FMI %d", binary,
-                          missing, plan_.fmi);
+        return why.refuse(Refusal::impossible, "%.100s has no function %s: it does not offer %s of FMI %d", binary, missing,
+                          by_steps() ? "Co-Simulation" : "Model Exchange", plan_.fmi);
     return true;
 }
 
@@ -92,11 +93,11 @@ bool FmuPlant::start(Refusal& why) {
 
 bool FmuPlant::initialise(Refusal& why) {
     Answer done = Answer::ok;
+    t_s_ = start_s_;
     for (int i = 0; done == Answer::ok && i < plan_.set_count; ++i) done = fmi_->set(plan_.set + i, 1, plan_.set_value + i);
     if (done == Answer::ok) done = fmi_->enter_initialization(start_s_);
     if (done == Answer::ok) done = fmi_->exit_initialization();
-    if (done == Answer::ok) done = iterate();
-    if (done == Answer::ok) done = fmi_->enter_continuous_time_mode();
+    if (done == Answer::ok && !by_steps()) done = begin_continuous_time();
     if (done != Answer::ok)
         return why.refuse(Refusal::plant,
                           "%s could not be initialised at t = %g s%s%s; other start values may help, set in the plan",
@@ -105,7 +106,12 @@ bool FmuPlant::initialise(Refusal& why) {
     done = fmi_->get(plan_.input, sizes.inputs, inputs_);
     if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);
     if (keep(done, "get") != Answer::ok) return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
-    return begin_events(why);
+    return by_steps() ? begin_steps(why) : begin_events(why);
+}
+
+Answer FmuPlant::begin_continuous_time() {
+    const Answer done = iterate();
+    return done == Answer::ok ? fmi_->enter_continuous_time_mode() : done;
 }
 
 // The first instance determines whether there are events; every instance begins with its own discrete state.
@@ -121,11 +127,15 @@ bool FmuPlant::begin_events(Refusal& why) {
             "%s has events and cannot save its state: export it with canGetAndSetFMUstate, or without events; if its "
             "answers depend on time, states, inputs and parameters alone, say memoryless in the plan",
             plan_.identifier);
+    sizes.indicators = indicators;
+    return take_memory(why);
+}
+
+bool FmuPlant::take_memory(Refusal& why) {
     if (!memory_.create(*fmi_, plan_.state_access == 2))
         return why.refuse(Refusal::plant, "%s declares that its state can be saved, but it cannot%s%s", plan_.identifier,
                           *fmi_->said ? ": " : "", fmi_->said);
-    sizes.indicators = indicators;
-    sizes.memory = inputs_and_parameters() + memory_.numbers();
+    sizes.memory = before_memory() + memory_.numbers();
     held_ = static_cast<double*>(take_block(sizes.memory * sizeof(double)));
     if (!held_) return why.refuse(Refusal::plant, "no memory for a plant");
     return remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
@@ -134,8 +144,9 @@ bool FmuPlant::begin_events(Refusal& why) {
 bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
     double own[max_estimated], nominal[max_estimated];
     const int n = sizes.states, unknown = sizes.unknown_inputs, known = sizes.known_inputs();
-    Answer done = fmi_->get_states(own, n);
-    if (done == Answer::ok) done = fmi_->get_nominals(nominal, n);
+    Answer done = by_steps() ? fmi_->get(plan_.state, n, own) : fmi_->get_states(own, n);
+    std::fill_n(nominal, n, 1.0);
+    if (done == Answer::ok && !by_steps()) done = fmi_->get_nominals(nominal, n);
     if (done != Answer::ok)
         return why.refuse(Refusal::plant, "%s does not return its states%s%s", plan_.identifier, *fmi_->said ? ": " : "",
                           fmi_->said);
@@ -218,6 +229,7 @@ Answer FmuPlant::change_discrete(const Point& at) {
 
 Answer FmuPlant::move_to(const Point& at) {
     if (!running_ && !restart()) return Answer::broken;
+    if (by_steps()) return place(at);
     Answer done = change_discrete(at);
     if (done == Answer::ok) done = keep(fmi_->set_time(at.t_s), "SetTime");
     if (done == Answer::ok) done = keep(fmi_->set_states(at.x, sizes.states), "SetContinuousStates");
@@ -242,19 +254,116 @@ bool FmuPlant::restart() {
     }
     free_instance();
     Refusal why;
-    has_gone_on_ = sizes.events;
-    return start(why) && (!sizes.events || recall(held_) == Answer::ok);
+    has_gone_on_ = sizes.memory > 0;
+    return start(why) && (sizes.memory == 0 || recall(held_) == Answer::ok);
 }
 
 // One instance exists at a time: some FMUs lose events while there are two. The instance of the derivative check is freed before
 // another is made; an FMU with one instance for each process keeps it.
-bool FmuPlant::begin_anew(Refusal& why) {
+bool FmuPlant::go_to_start(Refusal& why) {
     if (plan_.once || plan_.never_freed)
         return recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
     free_instance();
     running_ = false;
     has_gone_on_ = false;
     return start(why) && (remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_));
+}
+
+// ------------------------------------------------------------------------------------------------ Co-Simulation
+
+// Between steps all continuous states must be settable, and the next step must begin from them.
+bool FmuPlant::begin_steps(Refusal& why) {
+    if (sizes.memory > 0) return true;
+    sizes.steps = running_ = true;
+    if (plan_.state_access == 0)
+        return why.refuse(
+            Refusal::impossible,
+            "%s offers Co-Simulation only and cannot get and set its state: export it with canGetAndSetFMUstate, or "
+            "for Model Exchange",
+            plan_.identifier);
+    if (!take_memory(why)) return false;
+    double x[max_estimated], after[max_estimated];
+    if (keep(fmi_->get(plan_.state, sizes.states, x), "reading its states") != Answer::ok)
+        return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    const Point start{start_s_, x, inputs_, parameters_};
+    if (place(start) != Answer::ok)
+        return why.refuse(
+            Refusal::impossible,
+            "%s offers Co-Simulation only, and its states cannot be set between steps: %s; export it for Model Exchange",
+            plan_.identifier, said_);
+    if (step(start, plan_.step_s, after) != Answer::ok)
+        return why.refuse(Refusal::plant, "%s makes no step: %s", plan_.identifier, said_);
+    return sensors_follow(x, after, why) && states_follow(x, after, why) &&
+           (recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_));
+}
+
+// A step from other states has another end.
+bool FmuPlant::states_follow(const double* x, const double* after, Refusal& why) {
+    double moved[max_estimated], after_moved[max_estimated];
+    for (int i = 0; i < sizes.states; ++i) {
+        std::copy_n(x, sizes.states, moved);
+        moved[i] += 1e-3 * std::max(std::fabs(x[i]), 1.0);
+        const Answer done = step({start_s_, moved, inputs_, parameters_}, plan_.step_s, after_moved);
+        if (done != Answer::ok || std::equal(after, after + sizes.states, after_moved))
+            return why.refuse(
+                Refusal::impossible,
+                "%s offers Co-Simulation only, and its state %d cannot be set between steps%s%s: export it for Model "
+                "Exchange",
+                plan_.identifier, i, done == Answer::ok ? "" : ": ", done == Answer::ok ? "" : said_);
+    }
+    return true;
+}
+
+// The instance has made a step. Sensors that only a step computes keep their value when the states are set.
+bool FmuPlant::sensors_follow(const double* x, const double* after, Refusal& why) {
+    double stepped[max_channels_used], placed[max_channels_used], before[max_channels_used];
+    Answer done = fmi_->get(plan_.sensor, sizes.outputs, stepped);
+    for (const auto& [states, values] : {std::pair{after, placed}, std::pair{x, before}})
+        if (done == Answer::ok) done = evaluate(Function::outputs, {start_s_, states, inputs_, parameters_}, values);
+    for (int i = 0; done == Answer::ok && i < sizes.outputs; ++i)
+        if (placed[i] == before[i] && stepped[i] != before[i])
+            return why.refuse(Refusal::impossible,
+                              "%s offers Co-Simulation only, and its sensor %d does not follow its states between steps: take a "
+                              "state as sensor, or export it for Model Exchange",
+                              plan_.identifier, i);
+    return done == Answer::ok || why.refuse(Refusal::plant, "%s: reading a sensor failed", plan_.identifier);
+}
+
+// At the time of its saved state: a step changes time and hidden states.
+Answer FmuPlant::place(const Point& at) {
+    if (has_gone_on_) {
+        const Answer back = recall(held_);
+        if (back != Answer::ok) return back;
+    }
+    Answer done = keep(fmi_->set(plan_.state, sizes.states, at.x), "setting its states between steps");
+    if (done == Answer::ok && sizes.inputs > 0) done = keep(fmi_->set(plan_.input, sizes.inputs, at.u), "setting inputs");
+    if (done == Answer::ok && sizes.parameters > 0)
+        done = keep(fmi_->set(plan_.parameter, sizes.parameters, at.p), "setting parameters");
+    if (done == Answer::broken) running_ = false;
+    return done;
+}
+
+Answer FmuPlant::step(const Point& from, double length_s, double* x) {
+    Answer done = move_to(from);
+    if (done != Answer::ok) return done;
+    bool terminate = false;
+    has_gone_on_ = true;
+    done = keep(fmi_->step(t_s_, length_s, &terminate), "DoStep");
+    if (done == Answer::ok && terminate) {
+        std::snprintf(said_, sizeof said_, "it asks to terminate");
+        done = Answer::broken;
+    }
+    if (done == Answer::ok) done = keep(fmi_->get(plan_.state, sizes.states, x), "reading its states");
+    if (done == Answer::broken) running_ = false;
+    t_s_ += length_s;
+    return done;
+}
+
+// Rates of the states over its usual step.
+Answer FmuPlant::rates(const Point& at, double* values) {
+    const Answer done = step(at, plan_.step_s, values);
+    for (int i = 0; i < sizes.states; ++i) values[i] = (values[i] - at.x[i]) / plan_.step_s;
+    return done;
 }
 
 // ------------------------------------------------------------------------------------------------ events
@@ -289,12 +398,12 @@ Answer FmuPlant::event(const Point& at, double* x, double* next_s) {
 }
 
 Answer FmuPlant::remember(double* memory) {
-    if (!sizes.events) return Answer::ok;
+    if (sizes.memory == 0) return Answer::ok;
     if (!running_ && fmi_->dead) return Answer::broken;
     std::copy_n(inputs_, sizes.inputs, memory);
     std::copy_n(parameters_, sizes.parameters, memory + sizes.inputs);
-    const Answer done =
-        keep(memory_.store(*fmi_, holders, inputs_and_parameters(), memory + inputs_and_parameters()), "saving its state");
+    memory[inputs_and_parameters()] = t_s_;
+    const Answer done = keep(memory_.store(*fmi_, holders, before_memory(), memory + before_memory()), "saving its state");
     if (done != Answer::ok) return done;
     if (memory != held_) std::memcpy(held_, memory, sizes.memory * sizeof(double));
     has_gone_on_ = false;
@@ -302,12 +411,12 @@ Answer FmuPlant::remember(double* memory) {
 }
 
 Answer FmuPlant::recall(const double* memory) {
-    if (!sizes.events) return Answer::ok;
+    if (sizes.memory == 0) return Answer::ok;
     if (!has_gone_on_ && std::memcmp(memory, held_, sizes.memory * sizeof(double)) == 0) return Answer::ok;
     if (memory != held_) std::memcpy(held_, memory, sizes.memory * sizeof(double));
     has_gone_on_ = true;
     if (!running_) return restart() ? Answer::ok : Answer::broken;
-    const Answer done = keep(memory_.load(*fmi_, held_ + inputs_and_parameters()), "setting its state");
+    const Answer done = keep(memory_.load(*fmi_, held_ + before_memory()), "setting its state");
     if (done != Answer::ok) {
         running_ = false;
         return done;
@@ -315,11 +424,12 @@ Answer FmuPlant::recall(const double* memory) {
     has_gone_on_ = false;
     std::copy_n(held_, sizes.inputs, inputs_);
     std::copy_n(held_ + sizes.inputs, sizes.parameters, parameters_);
+    t_s_ = held_[inputs_and_parameters()];
     return done;
 }
 
 void FmuPlant::hold(const double* memory, int by) {
-    if (sizes.events) memory_.hold(memory + inputs_and_parameters(), by);
+    if (sizes.memory > 0) memory_.hold(memory + before_memory(), by);
 }
 
 Answer FmuPlant::step_done(const Point& at, bool* wants_event) {
@@ -337,6 +447,7 @@ Answer FmuPlant::step_done(const Point& at, bool* wants_event) {
 }
 
 Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {
+    if (by_steps() && function == Function::derivatives) return rates(at, values);
     Answer done = move_to(at);
     if (done != Answer::ok) return done;
     fmi_->said[0] = said_[0] = '\0';

@@ -20,6 +20,7 @@ public:
     LivePlant live;
 
     Answer evaluate(Function function, const Point& at, double* values) override;
+    Answer step(const Point& from, double length_s, double* x) override;
     bool offers(Function function, Variable variable) const override;
     Answer jacobian(Function function, const bool (&wanted)[variables], const Point& at, const Dependencies& dependencies,
                     double* J) override;
@@ -31,9 +32,9 @@ public:
     Answer recall(const double* memory) override;
     void hold(const double* memory, int by) override;
     Answer step_done(const Point& at, bool* wants_event) override;
-    bool memory_lasts() const override { return !sizes.events || memory_.serialises(); }
+    bool memory_lasts() const override { return sizes.memory == 0 || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }
-    bool begin_anew(Refusal& why) override;
+    bool go_to_start(Refusal& why) override;
     // After evaluations elsewhere. False: the instance is lost.
     bool back_at_start() { return running_ && recall(held_) == Answer::ok; }
     const Plan* plan() const { return &plan_; }
@@ -47,13 +48,22 @@ private:
     bool start(Refusal& why);
     bool restart();
     bool initialise(Refusal& why);
+    Answer begin_continuous_time();
     bool take_starts(Plan& plan, Refusal& why);
     bool begin_events(Refusal& why);
+    bool begin_steps(Refusal& why);
+    bool states_follow(const double* x, const double* after, Refusal& why);
+    bool sensors_follow(const double* x, const double* after, Refusal& why);
+    bool take_memory(Refusal& why);
     void free_instance();
     void close();
+    bool by_steps() const { return plan_.step_s > 0; }
     int inputs_and_parameters() const { return sizes.inputs + sizes.parameters; }
+    int before_memory() const { return inputs_and_parameters() + 1; } // the time of its saved state
 
     Answer move_to(const Point& at);
+    Answer place(const Point& at);
+    Answer rates(const Point& at, double* values);
     bool differs(const Point& at) const;
     Answer change_discrete(const Point& at);
     Answer iterate();
@@ -67,6 +77,7 @@ private:
     Plan plan_;
     char resources_[max_path] = "", said_[320] = "";
     double start_s_ = 0;
+    double t_s_ = 0; // of an instance that makes steps
     bool running_ = false, lost_ = false;
     // The discrete state, and whether the instance has continued from it.
     FmuMemory memory_;

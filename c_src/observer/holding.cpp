@@ -44,7 +44,7 @@ void Model::course(const State& s, const double* part, double* dX) const {
     const Trouble met = *trouble_; // failures here are not reported
     const double t_s = s.x()[at.t] + part[at.elapsed];
     expected(part, work_->x);
-    const bool recalled = !crosses() || plant_->recall(part + at.memory) == Answer::ok;
+    const bool recalled = !remembers() || plant_->recall(part + at.memory) == Answer::ok;
     if (!recalled || !slope(s, t_s, work_->x, dX)) std::fill_n(dX, p.N, 0.0);
     *trouble_ = met;
     for (int i = 0; i < p.moving; ++i) dX[i] = std::max(std::fabs(dX[i]), s.x()[at.course + i]);

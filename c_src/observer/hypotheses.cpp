@@ -32,7 +32,7 @@ bool Model::split_near_guard(Run& run, double* part) const {
     const Passage& e = run.newest;
     const bool uncertain = e.is_newest && run.passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
     if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
-        return doubt_stiffly(run, part, uncertain);
+        return spread_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
 }
 
@@ -43,7 +43,7 @@ bool Model::slope_leads_away(double after_s) const {
 }
 
 // Linear extrapolation fails for a stiff plant: sigma points from the beginning of the interval replace the split.
-bool Model::doubt_stiffly(Run& run, const double* part, bool uncertain) const {
+bool Model::spread_stiffly(Run& run, const double* part, bool uncertain) const {
     const Problem& p = *problem_;
     Passage& e = run.present;
     if (!uncertain) {
@@ -107,7 +107,7 @@ bool Model::split_at_next(Run& run, double* part) const {
     const int guard = next_guard(part, e.P);
     if (guard < 0) return true;
     const double distance = std::fabs(work_->z[guard]);
-    if (slope_leads_away(distance / std::fabs(work_->rates[guard]))) return doubt_stiffly(run, part, true);
+    if (slope_leads_away(distance / std::fabs(work_->rates[guard]))) return spread_stiffly(run, part, true);
     const bool falls = work_->z[guard] > 0;
     double to_s = 0, beyond_sigma = 0;
     if (!turns_beyond(run, now_s, guard, &beyond_sigma)) return false;

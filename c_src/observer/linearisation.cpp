@@ -6,6 +6,13 @@
 #include <initializer_list>
 
 namespace hnav::observer {
+namespace {
+
+bool finite(const double* values, int count) {
+    return std::all_of(values, values + count, [](double v) { return std::isfinite(v); });
+}
+
+} // namespace
 
 Linearisation::Linearisation(Arena& arena, const Problem& problem)
     : problem_(problem),
@@ -16,6 +23,9 @@ Linearisation::Linearisation(Arena& arena, const Problem& problem)
       below_(arena.doubles(std::max(problem.n, problem.sensors))),
       here_(arena.doubles(std::max(problem.n, problem.sensors))),
       kept_(arena.doubles(problem.N)),
+      points_{0, 0, arena.doubles(problem.sizes.points * problem.n), arena.doubles(problem.sizes.points * problem.sizes.inputs),
+              arena.doubles(problem.sizes.points * problem.sizes.parameters)},
+      point_values_(arena.doubles(problem.sizes.points * std::max(problem.n, problem.sensors))),
       dependencies_(arena, problem) {}
 
 void Linearisation::create(Plant& plant) {
@@ -33,8 +43,17 @@ void Linearisation::take_choices(const Linearisation& from) {
     dependencies_.take(from.dependencies_);
 }
 
+Linearisation::Answers Linearisation::linearise(Plant& plant, Function function, const Point& at, double* values, double* J) {
+    Answers answers{};
+    if (at_points(plant, function, at, values, J, &answers)) return answers;
+    answers.values = answers.jacobian = plant.evaluate(function, at, values);
+    if (answers.values != Answer::ok) return answers;
+    const bool any = finite(values, problem_.sizes.rows(function));
+    answers.jacobian = any ? jacobian(plant, function, at, J) : Answer::elsewhere;
+    return answers;
+}
+
 Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at, double* J) {
-    const int rows = problem_.sizes.rows(function);
     const bool units_only = function == Function::outputs && outputs_are_states_;
     Answer answer = Answer::ok;
     if (!units_only) {
@@ -44,14 +63,18 @@ Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at,
             if (answer == Answer::ok && !exact[int(v)] && problem_.sizes.count(v) > 0)
                 answer = differences(plant, function, v, at, J);
     }
-    if (function == Function::outputs)
-        for (int i = 0; i < rows; ++i) {
-            const int state = plant.state_of_output(i);
-            if (state < 0) continue;
-            std::fill_n(J + i * problem_.N, problem_.N, 0.0);
-            J[i * problem_.N + state] = 1;
-        }
+    add_units(plant, function, J);
     return answer;
+}
+
+// Of outputs that are states.
+void Linearisation::add_units(Plant& plant, Function function, double* J) const {
+    for (int i = 0; function == Function::outputs && i < problem_.sensors; ++i) {
+        const int state = plant.state_of_output(i);
+        if (state < 0) continue;
+        std::fill_n(J + i * problem_.N, problem_.N, 0.0);
+        J[i * problem_.N + state] = 1;
+    }
 }
 
 // The point at which a function is evaluated with some numbers moved.
@@ -81,6 +104,69 @@ Answer Linearisation::differences(Plant& plant, Function function, Variable vari
     for (int g = dependencies_.first_group(variable); answer == Answer::ok && g < last; ++g)
         answer = group(plant, moved, dependencies_.group(g), J);
     return answer;
+}
+
+// The same numbers as by single points. False: derivatives of the plant are used, or it fails at a point beside this one.
+bool Linearisation::at_points(Plant& plant, Function function, const Point& at, double* values, double* J, Answers* answers) {
+    const bool(&exact)[variables] = exact_[int(function)];
+    if (problem_.sizes.points == 0 || exact[0] || exact[1] || exact[2]) return false;
+    const int rows = problem_.sizes.rows(function), most = (problem_.sizes.points - 1) / 2;
+    const int all = function == Function::outputs ? problem_.N : dependencies_.last_group(Variable::parameter);
+    const Moved moved{function, at, rows, 0, nullptr};
+    for (int first = 0; first < all; first += most) {
+        const int groups = std::min(most, all - first);
+        if (!evaluate_points(plant, function, at, first, groups)) return false;
+        if (first == 0) std::copy_n(point_values_, rows, values);
+        if (!finite(values, rows)) {
+            answers->jacobian = Answer::elsewhere;
+            return true;
+        }
+        if (!finite(point_values_ + rows, 2 * groups * rows)) return false;
+        const double* up = point_values_ + rows;
+        for (int g = first; g < first + groups; ++g, up += 2 * rows)
+            for (const int j : columns_of(function, g)) {
+                const double x = within(at, j);
+                put(moved, j, up, up + rows, above(j, x) - below(j, x), J);
+            }
+    }
+    add_units(plant, function, J);
+    return true;
+}
+
+// The point itself, then above and below for each group.
+bool Linearisation::evaluate_points(Plant& plant, Function function, const Point& at, int first, int groups) {
+    place(at, 0, {}, true);
+    for (int g = first; g < first + groups; ++g)
+        for (const bool up : {true, false}) place(at, 2 * (g - first) + (up ? 1 : 2), columns_of(function, g), up);
+    points_.count = 2 * groups + 1;
+    points_.t_s = at.t_s;
+    return plant.evaluate_points(function, points_, point_values_) == Answer::ok;
+}
+
+void Linearisation::place(const Point& at, int point, Dependencies::Indices columns, bool up) {
+    std::copy_n(at.x, problem_.n, points_.x + point * problem_.n);
+    std::copy_n(at.u, problem_.sizes.inputs, points_.u + point * problem_.sizes.inputs);
+    std::copy_n(at.p, problem_.sizes.parameters, points_.p + point * problem_.sizes.parameters);
+    for (const int j : columns) {
+        const double x = within(at, j), moved = up ? above(j, x) : below(j, x);
+        if (j < problem_.n) points_.x[point * problem_.n + j] = moved;
+        else if (j < problem_.moving) points_.u[point * problem_.sizes.inputs + problem_.known + j - problem_.n] = moved;
+        else points_.p[point * problem_.sizes.parameters + j - problem_.moving] = moved;
+    }
+}
+
+// A number of X, within its bounds.
+double Linearisation::within(const Point& at, int j) const {
+    const double x = j < problem_.n        ? at.x[j]
+                     : j < problem_.moving ? at.u[problem_.known + j - problem_.n]
+                                           : at.p[j - problem_.moving];
+    return std::clamp(x, problem_.low[j], problem_.high[j]);
+}
+
+// Of outputs column by column. The number of the group lives as long as the columns are used.
+Dependencies::Indices Linearisation::columns_of(Function function, const int& g) const {
+    if (function == Function::outputs) return {&g, &g + 1};
+    return dependencies_.group(g);
 }
 
 // Column by column where the plant fails.
@@ -126,10 +212,8 @@ Answer Linearisation::column(Plant& plant, const Moved& moved, int j, double* J)
 }
 
 Answer Linearisation::evaluate(Plant& plant, const Moved& moved, double* values) const {
-    Answer answer = plant.evaluate(moved.function, moved.at, values);
-    for (int i = 0; answer == Answer::ok && i < moved.rows; ++i)
-        if (!std::isfinite(values[i])) answer = Answer::elsewhere;
-    return answer;
+    const Answer answer = plant.evaluate(moved.function, moved.at, values);
+    return answer == Answer::ok && !finite(values, moved.rows) ? Answer::elsewhere : answer;
 }
 
 void Linearisation::put(const Moved& moved, int j, const double* up, const double* down, double width, double* J) const {

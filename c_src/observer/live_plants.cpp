@@ -166,7 +166,7 @@ FmuPlant* open_beside_others(const char* folder, Plan& plan, double start_s, Ref
         way = {plant->plan(), start_s, nullptr, steps * Walk::numbers_of(plan.sizes)};
         way.answers = static_cast<double*>(take_block(way.count * sizeof(double)));
         if (way.answers) Walk(*plant, *way.plan, start_s, way.answers).go_to(steps);
-        if (!plant->back_at_start() && !plant->begin_anew(why)) {
+        if (!plant->back_at_start() && !plant->go_to_start(why)) {
             release_block(way.answers);
             plant->destroy();
             return nullptr;

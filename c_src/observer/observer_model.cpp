@@ -149,8 +149,11 @@ int Model::flow(const State& s, const double* x, double* dx, const Piece& piece)
     for (int i = 0; i < p.moving; ++i)
         if (!std::isfinite(x[i])) return int(Answer::elsewhere);
     const Point here = point(s, piece.part ? piece.part : s.x(), x);
-    Answer answer = plant_->evaluate(Function::derivatives, here, dx);
-    if (!ask(answer, Function::derivatives, here.t_s, dx, p.n)) return int(answer == Answer::ok ? Answer::elsewhere : answer);
+    Linearisation::Answers answer{};
+    if (piece.alone) answer.values = plant_->evaluate(Function::derivatives, here, dx);
+    else answer = work_->linearisation.linearise(*plant_, Function::derivatives, here, dx, work_->A);
+    const auto failed = [](Answer by) { return int(by == Answer::ok ? Answer::elsewhere : by); };
+    if (!ask(answer.values, Function::derivatives, here.t_s, dx, p.n)) return failed(answer.values);
     for (int i = 0; i < p.sizes.unknown_inputs; ++i) dx[p.n + i] = -p.decay_1_s[i] * x[p.n + i];
 
     if (piece.alone) {
@@ -158,8 +161,7 @@ int Model::flow(const State& s, const double* x, double* dx, const Piece& piece)
         dx[at.clock] = 1;
         return 0;
     }
-    answer = work_->linearisation.jacobian(*plant_, Function::derivatives, here, work_->A);
-    if (!ask_A(answer, here.t_s)) return int(answer == Answer::ok ? Answer::elsewhere : answer);
+    if (!ask_A(answer.jacobian, here.t_s)) return failed(answer.jacobian);
     flow_of_matrices(s.x()[at.usual], x, dx);
     dx[at.clock] = 1;
     return 0;

@@ -144,6 +144,7 @@ public:
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return true; }
     bool by_points() const { return settings_.sigma_points; }
+    bool remembers() const { return problem_->sizes.memory > 0; }
     bool flow_by_points(State& s, double interval_s, Propagator& propagator) const;
     bool is_stiff(const State& s) const;
     bool flow_stiffly(State& s, double interval_s, Propagator& counts) const;
@@ -236,6 +237,8 @@ private:
     // stiff.cpp
     int stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const;
     bool add_matrices(double* part, double by_s, double usual_s) const;
+    bool step(const State& s, double interval_s, double* x) const;
+    bool step_of_mean(State& s, double interval_s, const double* mean) const;
     bool flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const;
     bool add_step(const StiffRun& run, double* part, double from_s, double to_s) const;
     void judge_stiffness(double* s, std::uint64_t taken, double length_s) const;
@@ -294,7 +297,7 @@ private:
     double correct_by(double* P, double* moved, const double* h, double innovation, double variance) const;
     bool settle(State& s, double* part) const;
     void gate(State& s, const Event& event, double* inflation) const;
-    double believe(State& s, const Event& event, int sensor) const;
+    double variance_factor(State& s, const Event& event, int sensor) const;
     void forget_time(State& s) const;
     void forget(State& s) const;
     void inflate(double* part, double since_s) const;
@@ -366,7 +369,7 @@ private:
     // hypotheses.cpp
     bool split_near_guard(Run& run, double* part) const;
     bool slope_leads_away(double after_s) const;
-    bool doubt_stiffly(Run& run, const double* part, bool uncertain) const;
+    bool spread_stiffly(Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(Run& run, double* part) const;
     bool split_at_next(Run& run, double* part) const;
     bool split_after_jump(Run& run, double* part, double to_s, double distance) const;

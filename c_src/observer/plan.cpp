@@ -139,6 +139,7 @@ private:
         if (is(key, "indicators")) return plan_.indicators = static_cast<int>(words.reference()), nullptr;
         if (bool* flag = flag_of(key)) return *flag = words.flag(), nullptr;
         if (is(key, "state_access")) return plan_.state_access = static_cast<int>(words.reference()), nullptr;
+        if (is(key, "cosimulation")) return take_step(words);
         if (is(key, "set")) return take_set(words);
         if (is(key, "state")) return take_state(words);
         if (is(key, "input")) return take_input(words);
@@ -154,6 +155,11 @@ private:
     const char* more_than(int most, const char* what) {
         std::snprintf(said_, sizeof said_, "there are more than %d %s", most, what);
         return said_;
+    }
+
+    const char* take_step(Words& words) {
+        plan_.step_s = words.number();
+        return plan_.step_s >= 0 && std::isfinite(plan_.step_s) ? nullptr : "a step has to be finite and at least 0";
     }
 
     const char* take_set(Words& words) {

@@ -14,6 +14,7 @@
 //     once 1                                                      one instance for each process
 //     memoryless 1                                                stated by the user, in spite of indicators
 //     never_freed 1                                               it crashes when it is freed
+//     cosimulation STEP                                           Co-Simulation, with a usual step in seconds
 //     set REFERENCE VALUE                                         before initialisation
 //     state REFERENCE DERIVATIVE START SIGMA NOISE NOMINAL READY  in the order of the FMU
 //     input REFERENCE DISCRETE START                              a known one; DISCRETE 1: may change at events only
@@ -43,6 +44,7 @@ struct Plan {
     int fmi = 0, indicators = 0;
     int state_access = 0;
     bool derivatives = false, once = false, memoryless = false, never_freed = false, discrete = false, step_done = false;
+    double step_s = 0; // of Co-Simulation; 0: Model Exchange
     char identifier[max_text] = "", token[max_text] = "", binary[max_path] = "";
     PlantSizes sizes;
 

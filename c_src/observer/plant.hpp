@@ -21,11 +21,20 @@ struct Point {
     const double *x, *u, *p;
 };
 
+// Of one time; rows of x, u and p.
+struct Points {
+    int count;
+    double t_s;
+    double *x, *u, *p;
+};
+
 // How many there are of each; the unknown inputs are the last of the inputs.
 struct PlantSizes {
     int states = 0, inputs = 0, unknown_inputs = 0, parameters = 0, outputs = 0, indicators = 0;
     int memory = 0;      // numbers of its discrete state
     bool events = false; // it has events of its own: indicators, times, inputs that it acts on
+    int points = 0;      // at most in one call of evaluate_points; 0: it has none
+    bool steps = false;  // it integrates its states itself, by step
 
     int known_inputs() const { return inputs - unknown_inputs; }
     // Estimated numbers: states, unknown inputs, parameters.
@@ -54,6 +63,11 @@ public:
     Holders holders; // null: everything is held
 
     virtual Answer evaluate(Function function, const Point& at, double* values) = 0;
+    // values: a row for each point. Of a plant whose sizes have points. The points may be changed.
+    virtual Answer evaluate_points(Function, const Points&, double*) { return Answer::broken; }
+
+    // Of a plant that integrates its states itself: the states (x) after this time from this point and its discrete state, which changes.
+    virtual Answer step(const Point& /*from*/, double /*length_s*/, double* /*x*/) { return Answer::broken; }
 
     // Whether it offers the derivatives of a function by a kind of variable.
     virtual bool offers(Function function, Variable variable) const = 0;
@@ -90,7 +104,7 @@ public:
     // Time of the first time event, before any event.
     virtual double first_event_s() { return HUGE_VAL; }
     // The derivatives have been checked, possibly at the cost of the instance: it is at its start again. False: why has the reason.
-    virtual bool begin_anew(Refusal&) { return true; }
+    virtual bool go_to_start(Refusal&) { return true; }
 
     // The state that an output is, or -1.
     virtual int state_of_output(int) const { return -1; }

@@ -98,7 +98,7 @@ struct Layout {
           begun(t + 2),
           broken(t + 3),
           ready(t + 4),
-          doubts(t + 5),
+          violations(t + 5),
           events(t + 6),
           corrections(t + 7),
           likelihood(t + 8),
@@ -142,8 +142,8 @@ struct Layout {
     // was stiff in the newest interval; time of the newest correction; whether the plant requests an event at the end of the newest step
     // of an integrator outside; how long the estimate has been held since the plant's last complete interval, and whether it is held in
     // this one; whether the joint moments are complete, so that the next interval begins others; the moving numbers after the newest event, and their largest recent rates.
-    int t, usual, begun, broken, ready, doubts, events, corrections, likelihood, parts_used, stiff, corrected, wants_event, held,
-        holds, closed, from, course, counts, sensors, checks;
+    int t, usual, begun, broken, ready, violations, events, corrections, likelihood, parts_used, stiff, corrected, wants_event,
+        held, holds, closed, from, course, counts, sensors, checks;
     int numbers;
 };
 

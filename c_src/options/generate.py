@@ -30,7 +30,7 @@ import re
 import sys
 import textwrap
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -326,15 +326,15 @@ def real(value: float) -> str:
     )
 
 
-def choice_arrays(spec: OptionList) -> Iterator[str]:
-    done = set()
-    for option in spec.options:
-        c = option.choices
-        if c and c.name not in done:
-            done.add(c.name)
-            yield f"const char* const {c.name}_names[] = {{{', '.join(map(prose, c.items))}}};\n"
-            meanings = "".join(f"    {prose(meaning)},\n" for meaning in c.items.values())
-            yield f"const char* const {c.name}_meanings[] = {{\n{meanings}}};\n"
+def choice_arrays(choices: Iterable[Choices], kind: str) -> str:
+    """Names and meanings of the items, of the C++ type `kind`."""
+    text = ""
+    for c in choices:
+        meanings = "".join(f"    {prose(meaning)},\n" for meaning in c.items.values())
+        text += (
+            f"{kind} {c.name}_names[] = {{{', '.join(map(prose, c.items))}}};\n{kind} {c.name}_meanings[] = {{\n{meanings}}};\n"
+        )
+    return text
 
 
 def row(spec: OptionList, option: Option, first: int) -> str:
@@ -369,16 +369,29 @@ def table(spec: OptionList) -> str:
         defaults += f"    {', '.join(map(real, option.default))}, // {option.path}\n"
         rows += row(spec, option, first)
         first += len(option.default)
-    arrays = "".join(choice_arrays(spec))
+    named = {option.choices.name for option in spec.options if option.choices}
+    arrays = choice_arrays((c for c in spec.choices.values() if c.name in named), "const char* const")
+    lists = "choices" if spec.shared_choices else "lists"
     return (
         f"// {MADE.format(f'{spec.name}.toml')}\n"
-        f'#include "options/lists.hpp"\n\n#include "hnav/options/{spec.name}.h"\n\n#include <cmath>\n#include <cstddef>\n\n'
+        f'#include "options/{lists}.hpp"\n\n#include "hnav/options/{spec.name}.h"\n\n#include <cmath>\n#include <cstddef>\n\n'
         f"// clang-format off\nnamespace hnav {{\nnamespace {{\n\n{arrays}{chr(10) if arrays else ''}"
         f"constexpr double defaults[] = {{\n{defaults}}};\n\n"
         f"const OptionRow rows[] = {{\n{rows}}};\n{preset_arrays(spec)}\n}} // namespace\n\n"
         f"const OptionList {spec.name}_options = {{\n"
         f'    "hnav_{spec.name}_defaults", {spec.number}, sizeof({spec.struct}), rows, {len(spec.options)}, '
         f"presets, {len(spec.presets)}}};\n\n}} // namespace hnav\n"
+    )
+
+
+def choices_header(specs: list[OptionList]) -> str:
+    """Choices of shared.toml that are those of an option; presets are none."""
+    named = {option.choices.name: option.choices for spec in specs for option in spec.options if option.choices}
+    own = {name for spec in specs for name in spec.choices}
+    arrays = choice_arrays((c for name, c in named.items() if name not in own), "inline constexpr const char*")
+    return (
+        f"// {MADE.format('shared.toml')}\n#pragma once\n\n"
+        f'#include "options/lists.hpp"\n\n// clang-format off\nnamespace hnav {{\n\n{arrays}\n}} // namespace hnav\n'
     )
 
 
@@ -399,7 +412,11 @@ def lists_header(specs: list[OptionList]) -> str:
 def generate() -> dict[Path, str]:
     """Every file that is made, with its text. Raises ListError."""
     specs = [read_list(name) for name in LISTS]
-    files = {HEADERS / "shared.h": shared_header(), HERE / "lists.hpp": lists_header(specs)}
+    files = {
+        HEADERS / "shared.h": shared_header(),
+        HERE / "lists.hpp": lists_header(specs),
+        HERE / "choices.hpp": choices_header(specs),
+    }
     for spec in specs:
         files[HEADERS / f"{spec.name}.h"] = list_header(spec)
         files[HERE / f"{spec.name}.cpp"] = table(spec)

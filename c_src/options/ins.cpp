@@ -1,5 +1,5 @@
 // Made by c_src/options/generate.py from ins.toml: change that, then ./run generate.
-#include "options/lists.hpp"
+#include "options/choices.hpp"
 
 #include "hnav/options/ins.h"
 
@@ -10,16 +10,6 @@
 namespace hnav {
 namespace {
 
-const char* const body_names[] = {text("any"), text("hand"), text("walker"), text("car"), text("ship"), text("quadrotor"), text("aircraft")};
-const char* const body_meanings[] = {
-    text("nothing is assumed"),
-    text("held or worn, and turned about: the velocity returns to zero within a second"),
-    text("worn by a person or an animal that walks, also on a foot"),
-    text("a vehicle on wheels or tracks"),
-    text("a ship or a boat"),
-    text("anything that hovers"),
-    text("an aeroplane"),
-};
 const char* const ins_start_names[] = {text("any_heading"), text("state")};
 const char* const ins_start_meanings[] = {
     text("nothing: tilt from the first seconds, heading from motion or the rate of the Earth"),
@@ -29,18 +19,6 @@ const char* const ins_place_names[] = {text("fix"), text("given")};
 const char* const ins_place_meanings[] = {
     text("the first fix of the satellites"),
     text("start_latitude_rad and the like: where no satellite is, as for finding north at rest"),
-};
-const char* const gyro_hold_names[] = {text("forward"), text("backward")};
-const char* const gyro_hold_meanings[] = {
-    text("the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees"),
-    text("it acts on (t_k-1, t_k]: recordings of integrating gyros"),
-};
-const char* const solver_names[] = {text("erkstep"), text("adams"), text("closed_form"), text("euler")};
-const char* const solver_meanings[] = {
-    text("SUNDIALS ARKODE, Dormand-Prince 5(4)"),
-    text("SUNDIALS CVODE, Adams-Moulton, fixed-point iteration"),
-    text("exact for a held rate"),
-    text("the paper's: forward Euler in sub-steps of euler_step_s"),
 };
 
 constexpr double defaults[] = {

@@ -1,4 +1,4 @@
-// What may have happened while samples were missing.
+// The uncertainty of what happened while samples were missing.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -20,19 +20,19 @@ struct RateChange {
         power += interval_s / (interval_s + memory_s) * (square - power);
     }
 
-    // Of the rotation about an axis. ended: the sample after the gap is there. factor: of the usual change.
+    // Variance of the rotation about an axis. ended: the sample after the gap exists. factor: multiplies the usual change.
     R gap_variance(R gap_s, bool ended, R factor) const {
         const R share = (ended ? R(0.125) : R(0.5)) * factor * gap_s * gap_s;
         return share * share * power;
     }
 
-    // The same when an estimate is shown silence_s after its newest event; usual_s: between two samples of the rate.
+    // The same for an estimate shown silence_s after its newest event; usual_s: the interval between two samples of the rate.
     R silence_variance(double silence_s, double usual_s, R factor) const {
         return is_gap(silence_s, usual_s) ? std::fmin(any_angle_variance<R>, gap_variance(R(silence_s), false, factor)) : 0;
     }
 };
 
-// Variances about one axis of what a vehicle may have done in a gap between inertial samples: of its turn, velocity and way.
+// Variances about one axis for a gap between inertial samples of a vehicle: of its turn, velocity and displacement.
 struct GapMotion {
     double turn2, gain2, way2;
 
@@ -47,7 +47,7 @@ struct GapMotion {
 private:
     void add_whole(double gap_s, double sign, double swing_rate2, double swing_force2) {
         constexpr double rate_rad_s = 0.2, force_m_s2 = 2; // chosen: a brisk turn and a firm brake of a car
-        constexpr double swing_s = 0.3; // between samples nearer than that the change is even
+        constexpr double swing_s = 0.3; // shorter gaps: the change between the samples is even
         const double gap2 = sign * gap_s * gap_s, swings2 = std::fmin(1, gap_s * gap_s / (swing_s * swing_s));
         const double of_axis = swings2 * swings2 / 3;
         const double gain = gap2 * (force_m_s2 * force_m_s2 + of_axis * swing_force2);
@@ -57,8 +57,8 @@ private:
     }
 };
 
-// A clock was set: the body has hardly moved, but it is not known for how long samples were away. Standard deviations that are
-// added; chosen: a hand turns by so much in a second.
+// A clock was set: the body has hardly moved, but the length of the gap is unknown. Standard deviations to add; chosen: a
+// hand turns by so much in a second.
 constexpr double clock_jump_tilt_rad = 0.1, clock_jump_heading_rad = 0.2;
 
 } // namespace hnav

@@ -36,7 +36,7 @@ template <class R, int count = 3>
 struct SensorCheck {
     using Vector = Eigen::Matrix<R, count, 1>;
     static constexpr R memory = R(1) / 64;           // weight of a sample in the running means
-    static constexpr R outlier_changes = 10;         // an outlier is so many usual changes away
+    static constexpr R outlier_changes = 10;         // an outlier differs by so many usual changes
     static constexpr std::uint64_t max_outliers = 3; // in a row; then they are what the sensor measures
     static constexpr R min_turning_back = R(0.25);   // of a sensor with noise; of white noise 3/4
     static constexpr R min_saturated = 7;            // repeats of a large value
@@ -45,14 +45,14 @@ struct SensorCheck {
     R last[count];                   // the newest accepted sample
     R outlier[count];                // the newest that was not
     R change2;                   // running mean of the squared change
-    R slope, bend, turning_back; // change of the sum of axes, change of that, and how often its sign changes
-    R limit;                     // where axes saturate, as far as it has shown; 0: not known
+    R slope, bend, turning_back; // change of the sum of axes, change of that, and share of its changes of sign
+    R limit;                     // where axes saturate, as observed; 0: not known
     R run[count];                    // samples for which an axis repeats its value while the body moves
-    R usual_run;                 // length of a run that means nothing, in samples
+    R usual_run;                 // length of an insignificant run, in samples
     std::uint64_t outliers_in_row;
     std::uint64_t repeated; // bit i: axis i repeated its value once; quantised noise does that all the time
-    std::uint64_t running;  // an axis goes on repeating
-    std::uint64_t at_ease;  // nothing is there to be watched from sample to sample
+    std::uint64_t running;  // an axis still repeats its value
+    std::uint64_t at_ease;  // no axis needs to be watched from sample to sample
     std::uint64_t axes;    // bit i: axis i is at fault
     SensorFault fault;     // of the newest sample
     std::uint64_t outliers, stuck, saturated, left_out; // samples so far
@@ -77,7 +77,8 @@ struct SensorCheck {
         return lost(axis, interval_s, t_s, rate_rad_s, memory_s);
     }
 
-    // moves: other sensors say so. noisy: noise has been seen, in this sensor or another. True: something is wrong.
+    // moves: the other sensors measure motion. noisy: noise has been measured, in this sensor or another. True: there is a
+    // fault.
     bool examine(const SensorCheckSettings<R>& settings, const Vector& y, R interval_s, double t_s, bool moves, bool noisy) {
         const Vector change = y - Vector(last);
         if (settings.outlier > 0) {
@@ -97,7 +98,7 @@ struct SensorCheck {
         return look_closer(settings, y, change, interval_s, t_s, moves, noisy);
     }
 
-    // Of the sensor whose noise is looked at. A stuck sensor says nothing of it.
+    // For the sensor whose noise is examined. A stuck sensor has none to examine.
     void note_course(const Vector& y) {
         if (running && run[0] >= min_stuck) return;
         const R change = y.sum() - Vector(last).sum(), bends = change - slope;
@@ -110,7 +111,7 @@ private:
     HNAV_RARE bool is_outlier(const Vector& y, R change_squared) const {
         if (change_squared <= outlier_changes * outlier_changes * change2) return false;
         if (outliers_in_row == 0) return true;
-        // Two that agree with each other rather than with what went before are a step.
+        // Two samples that agree with each other but not with earlier ones are a step.
         const R apart = (y - Vector(outlier)).squaredNorm();
         return outliers_in_row < max_outliers && apart > R(0.25) * change_squared;
     }
@@ -141,7 +142,7 @@ private:
         return fault != SensorFault::none;
     }
 
-    // An axis goes on repeating, may saturate, or is at fault.
+    // An axis repeats its value, may be saturated, or is at fault.
     bool is_watched(const SensorCheckSettings<R>& settings) const {
         return running || limit > 0 || settings.range > 0 || fault != SensorFault::none;
     }
@@ -167,7 +168,7 @@ private:
         saturated += fault == SensorFault::saturated;
     }
 
-    // What a run may be by itself is learnt from those that were too short to be a fault.
+    // The usual length of a run is learnt from those that were too short to be a fault.
     void count_run(int axis, bool repeats, bool moves) {
         if (repeats) {
             running = 1;

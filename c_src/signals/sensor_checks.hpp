@@ -1,5 +1,5 @@
-// The sensors of one inertial unit are examined together: whether the body moves while one of them repeats a value is what the
-// others measure, and the gyroscope measures whether there is noise.
+// The sensors of one inertial unit are examined together: the others measure whether the body moves while one repeats a
+// value, and the gyroscope measures whether there is noise.
 #pragma once
 
 #include "signals/sensor_check.hpp"

@@ -9,7 +9,8 @@
 
 namespace hnav {
 
-// A rate that is the mean of its interval turns the body further where its axis turns; by two neighbouring samples (Miller 1983).
+// Coning: a rate that is the mean of its interval gives a further rotation where its axis turns; from two neighbouring
+// samples (Miller 1983).
 template <class R>
 inline Vector3Of<R> coning_rate(const Vector3Of<R>& before, const Vector3Of<R>& now, R interval_s) {
     return interval_s / 12 * before.cross(now);
@@ -20,7 +21,7 @@ struct HeldSample {
     static constexpr int history = 3; // turns before the present one
 
     double rate[3], force[3]; // as measured
-    double coning[3], sculling[3]; // what must be added to them
+    double coning[3], sculling[3]; // corrections to them
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double vibration_rate2, vibration_force2; // variance of one axis between neighbouring samples
 
@@ -29,7 +30,8 @@ struct HeldSample {
         forget_past();
     }
 
-    // A new sample, interval_s after the last one. is_mean: it stands for the interval before it, as the mean; else it acts from now on.
+    // A new sample, interval_s after the last one. is_mean: it is the mean over the interval before it; otherwise it holds
+    // from now on.
     void hold(const Vector3& new_rate, const Vector3& new_force, double interval_s, double usual_interval_s, bool is_mean) {
         note_vibration(new_rate, new_force, interval_s);
         vector(coning).setZero();
@@ -58,8 +60,8 @@ private:
             for (int i = 0; i < 3; ++i) past_turn[k][i] = past_gain[k][i] = std::numeric_limits<double>::quiet_NaN();
     }
 
-    // What lies between neighbouring samples shows how the axes turn within one. Three of them leave nothing of a coning of 10 Hz at
-    // 200 Hz; the coefficients make the error of a steady coning vanish to the seventh order of its angle.
+    // Changes between neighbouring samples show the rotation of the axes within one. With three of them a coning of 10 Hz at
+    // 200 Hz is removed; the coefficients make the error of a steady coning vanish to the seventh order of its angle.
     void put_coning(const Vector3& turn, const Vector3& gain, double interval_s) {
         constexpr double share[history] = {113.0 / 840, -13.0 / 420, 1.0 / 280};
         Vector3 by_turn = Vector3::Zero(), by_gain = Vector3::Zero();
@@ -73,7 +75,8 @@ private:
         vector(sculling) = by_gain / interval_s;
     }
 
-    // Where samples are missing before a new one, which is the mean of its own interval, rate and force went evenly from the last one to it.
+    // After missing samples, rate and force are interpolated linearly from the last sample to the new one, which is the mean
+    // of its own interval.
     void bridge(const Vector3& new_rate, const Vector3& new_force, double interval_s, double usual_interval_s) {
         if (!(usual_interval_s > 0) || !(interval_s > 1.5 * usual_interval_s)) return;
         const double share = 0.5 * (1 - usual_interval_s / interval_s);
@@ -81,8 +84,8 @@ private:
         vector(sculling) = share * (vector(force) - new_force);
     }
 
-    // What a sample differs by from the mean of its neighbours: vibration, and the noise of the sensor itself. A motion that sensors
-    // follow leaves nothing there.
+    // The difference between a sample and the mean of its neighbours: vibration, and the noise of the sensor. A motion that
+    // the sampling resolves leaves nothing there.
     void note_vibration(const Vector3& new_rate, const Vector3& new_force, double interval_s) {
         constexpr double memory_s = 2, longest_s = 0.5;
         if (!(interval_s > 0) || !(interval_s < longest_s)) return;

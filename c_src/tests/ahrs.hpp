@@ -1,4 +1,4 @@
-// What the tests of the AHRS begin with.
+// Shared by the tests of the AHRS.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
@@ -66,7 +66,7 @@ inline hnav_ahrs_options ahrs_options() {
     return o;
 }
 
-// A body that turns at a constant rate under gravity and a field dipping by 60 degrees, its sensors without error.
+// A body that turns at a constant rate under gravity and a field with a dip of 60 degrees; its sensors have no error.
 struct Turning {
     Vector3 rate_b{0.3, -0.5, 0.8};
     Vector3 bias = Vector3::Zero();

@@ -1,6 +1,6 @@
-// Counts what a test asks of the heap and gives back, and refuses the nth request, by taking the place of malloc and its
-// company; included by one file of a program. Where that cannot be (another C library, a sanitizer in the same place)
-// HNAV_HEAP_IS_COUNTED is not defined.
+// Counts the heap requests of a test and refuses the nth one, by replacing malloc and its relatives; included by one file of
+// a program. Where this is impossible (another C library, a sanitizer that replaces them too) HNAV_HEAP_IS_COUNTED is not
+// defined.
 #pragma once
 
 #include <cstdlib>
@@ -11,8 +11,8 @@
 namespace heap {
 inline thread_local bool counting = false;
 inline thread_local long allocations = 0; // requests while counting
-inline thread_local long held = 0;        // of these, answered and not given back
-inline thread_local long refused = 0;     // which request has no answer, from 1; 0: every one has
+inline thread_local long held = 0;        // requests that were served and not freed
+inline thread_local long refused = 0;     // number of the request that fails, from 1; 0: none
 
 inline bool refuses() {
     allocations += counting;

@@ -49,7 +49,7 @@ inline Given ball(Numbers start = {1, 0}, Numbers start_sigma = {0.05, 0.3}, dou
     return g;
 }
 
-// The truth: steps of Heun, a bounce at the end of the one that went below.
+// The truth: Heun steps, with a bounce at the end of the step that goes below 0.
 struct Ball {
     void step(double T) {
         constexpr int n = 200;
@@ -67,7 +67,7 @@ struct Ball {
     double h, v, noise = std::sqrt(0.02), e = restitution;
 };
 
-// A pendulum whose swing a stop ends at -0.2 rad.
+// A pendulum with a stop at -0.2 rad.
 inline constexpr double stop_rad = -0.2;
 
 inline Given pendulum() {
@@ -105,7 +105,8 @@ struct Pendulum {
     double a, w;
 };
 
-// A heater that a thermostat switches: x' = -x + 3 on, on below -1, off above 1. Which it is the plant alone remembers.
+// A heater switched by a thermostat: x' = -x + 3 on, on below -1, off above 1. The state of the thermostat is discrete and
+// inside the plant.
 struct Heater {
     double on = 1;
 

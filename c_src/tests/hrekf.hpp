@@ -1,4 +1,4 @@
-// What the tests of the paper's filter begin with.
+// Shared by the tests of the paper's filter.
 #pragma once
 
 #include "attitude/hrekf/model.hpp"
@@ -45,7 +45,7 @@ inline HrekfModel::State random_state(const HrekfModel& model, Random& random, d
     return s;
 }
 
-// The 7 x 7 covariance of (q, b) that a state stands for.
+// The 7 x 7 covariance of (q, b) of a state.
 inline Square<7> full_covariance(const HrekfModel& model, const HrekfModel::State& s, double length_variance = 0) {
     const Quaternion q = Quaternion(s.x).normalized();
     Eigen::Matrix<double, 7, 6> G = Eigen::Matrix<double, 7, 6>::Zero();

@@ -1,4 +1,4 @@
-// Seeded numbers and Jacobians by perturbation, for tests that state laws.
+// Seeded numbers and Jacobians by perturbation, for tests of laws.
 #pragma once
 
 #include "maths/rotation.hpp"

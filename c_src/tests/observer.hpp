@@ -1,4 +1,4 @@
-// What tests of the observer share: what create needs, and an observer that says what it has.
+// Shared by the tests of the observer: the arguments of create, and an observer with short accessors.
 #pragma once
 
 #include "hnav/hnav.h"
@@ -14,7 +14,7 @@ namespace hnav::test {
 using Numbers = std::vector<double>;
 using Bytes = std::vector<unsigned char>;
 
-// What create needs, with numbers that live as long.
+// The arguments of create, with numbers that live as long.
 struct Given {
     hnav_plant plant = hnav_sized<hnav_plant>();
     hnav_observer_options options = hnav_observer_defaults();
@@ -90,7 +90,7 @@ public:
         EXPECT_EQ(hnav_observer_innovation(o_, sensor, &out), HNAV_OK);
         return out;
     }
-    // A number of the newest innovation of a sensor; 0 before its first sample.
+    // An element of the newest innovation of a sensor; 0 before its first sample.
     template <class Field>
     double number_of(int sensor, Field&& field) const {
         auto out = hnav_sized<hnav_observer_innovation_of>();

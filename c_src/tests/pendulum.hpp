@@ -1,4 +1,4 @@
-// A damped pendulum with a torque input and a measured angle: the filter template knows nothing of attitude.
+// A damped pendulum with a torque input and a measured angle: the filter template is independent of attitude.
 #pragma once
 
 #include "hybrid/filter.hpp"

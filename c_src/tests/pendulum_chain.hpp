@@ -1,5 +1,5 @@
-// Pendulums side by side, all driven by one torque and each coupled to its neighbours by springs: a model that learns at run
-// time how many there are. A chain of one is the pendulum of pendulum.hpp.
+// Pendulums side by side, all driven by one torque and each coupled to its neighbours by springs: a model whose size is known
+// at run time. A chain of one is the pendulum of pendulum.hpp.
 #pragma once
 
 #include "hybrid/filter.hpp"

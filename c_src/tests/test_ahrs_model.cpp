@@ -20,8 +20,8 @@ constexpr double deg = M_PI / 180;
 
 hnav_ahrs_options settings() { return test::ahrs_options(); }
 
-// Samples as an integrating sensor gives them at a low rate, or force as a reading of its instant; the body swings about all
-// axes. By the closed form; what happens at each sample is the caller's.
+// Samples of an integrating sensor at a low rate, or force as an instantaneous reading; the body swings about all axes.
+// Propagates by the closed form; the caller handles each sample.
 template <class At>
 void swing(const AhrsModel& model, State& s, double interval_s, double duration_s, bool mean_force, At&& at) {
     const auto rate = [](double t) { return Vector3(2 * std::sin(3 * t), 2.5 * std::cos(2.3 * t), 1.5 * std::sin(4 * t + 1)); };
@@ -57,7 +57,7 @@ TEST(HeldTurn, IsTheIntegralOfTheRotationOnBothSidesOfItsSeries) {
     for (const double speed : {0.0, 1e-9, 0.9, 0.999, 1.001, 20.0}) {
         const Vector3 u = speed * Vector3(1, 2, -2) / 3;
         const HeldTurn turn(u, 0.1);
-        // Simpson's rule over the rotation itself.
+        // Simpson's rule for the rotation itself.
         Matrix3 sum = Matrix3::Zero();
         constexpr int n = 400;
         for (int k = 0; k <= n; ++k)
@@ -80,7 +80,7 @@ TEST(AhrsFlow, TheClosedFormIsTheIntegralOfTheFlow) {
     follow(model, s, Turning{}, 0.02);
     State exact = s;
     model.flow_exactly(exact, 0.03);
-    // Runge and Kutta's fourth order in steps of 10 us.
+    // The classical Runge-Kutta method of order 4 in steps of 10 us.
     Vector14 x = Eigen::Map<Vector14>(s.x);
     const auto f = [&](const Vector14& y) {
         Vector14 dy;
@@ -115,7 +115,7 @@ TEST(AhrsFlow, TheDirectionalDerivativeEqualsAPerturbation) {
     }
 }
 
-// What the flow carries instead of the covariance: how bias and calibration errors become rotation.
+// The flow propagates, instead of the covariance, how bias and calibration errors become rotation.
 TEST(AhrsFlow, TheTransitionIsWhatAnErrorOfTheGyroscopeDoesToTheAttitude) {
     const AhrsModel model(settings());
     State begin = state_at_start(model);
@@ -251,10 +251,10 @@ TEST(Ahrs, CorrectionsOfTheTiltInOneDirectionAddToItsVarianceAndWhiteOnesDoNot) 
         const double by[] = {normal(random), normal(random)}, steady[] = {0.5 * sigma, 0};
         white.note(by, sigma * sigma, T);
         turning.note(steady, sigma * sigma, T);
-        wide.note(steady, 1e4 * sigma * sigma, T); // of a horizon that was not known
+        wide.note(steady, 1e4 * sigma * sigma, T); // of an unknown horizon
         mean += white.corrected[0] * white.corrected[0] / count / white.expected;
     }
-    EXPECT_NEAR(mean, 1, 0.2); // the variance of the sum is the predicted one
+    EXPECT_NEAR(mean, 1, 0.2); // the variance of the sum equals the predicted one
     const double sum = 0.5 * sigma * TiltExcess<double>::memory_s / T;
     EXPECT_NEAR(turning.variance, sum * sum / 2 - turning.expected, 0.02 * sum * sum);
     EXPECT_LT(white.variance, 5 * white.expected);
@@ -283,7 +283,7 @@ TEST(Ahrs, AMeanForceOfAnotherLengthThanAtRestIsAnAcceleration) {
     cheap.begin(0.1);
     cheap.settle(g + 0.4, T);
     for (int k = 0; k < 300; ++k) cheap.note(T * biased, 1e-4, g, T);
-    EXPECT_FALSE(cheap.may_accelerate(g)); // the bias of its accelerometer was seen at rest
+    EXPECT_FALSE(cheap.may_accelerate(g)); // the bias of its accelerometer was observed at rest
 }
 
 TEST(Ahrs, AVelocityThatNoLongerCountsGoesOnUnlessARestHasEndedIt) {
@@ -361,10 +361,10 @@ TEST(Ahrs, AFieldThatContradictsAFreshReferenceMakesTheHeadingDoubtful) {
     EXPECT_LT(variance_after(20), 0.002);
 }
 
-TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasChanged) {
+TEST(Ahrs, TheAddedVarianceOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasChanged) {
     const AhrsModel model(settings());
-    // Clean for a second, a field of another strength, clean again.
-    const auto doubt_after = [&](double contradicted_s, double clean_s, bool stays) {
+    // Clean for a second, then a field of another strength, then clean again.
+    const auto variance_after = [&](double contradicted_s, double clean_s, bool stays) {
         State s = state_at_start(model);
         const Turning motion;
         for (int k = 0; k * 0.005 <= 1 + contradicted_s + clean_s; ++k) {
@@ -378,10 +378,10 @@ TEST(Ahrs, ADoubtOfTheHeadingLastsAsLongAsTheContradictionUnlessTheReferenceHasC
         EXPECT_EQ(s.field.changes > 0, stays);
         return s.reference_variance;
     };
-    const double at_end = doubt_after(1, 0, false), half_way = doubt_after(1, 0.5, false);
+    const double at_end = variance_after(1, 0, false), half_way = variance_after(1, 0.5, false);
     EXPECT_NEAR(half_way, 0.5 * at_end, 0.1 * at_end);
-    EXPECT_EQ(doubt_after(1, 1.2, false), 0);
-    EXPECT_GT(doubt_after(1, 10, true), 0.3 * at_end);
+    EXPECT_EQ(variance_after(1, 1.2, false), 0);
+    EXPECT_GT(variance_after(1, 10, true), 0.3 * at_end);
 }
 
 TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenOrAnAidTellsTheHeading) {
@@ -459,7 +459,7 @@ TEST(Ahrs, FindsAttitudeBiasAndLatency) {
     Turning motion;
     motion.bias = {0.01, -0.006, 0.004};
     motion.latency_s = 0.012;
-    // Turns whose axis changes, so that every bias shows; each leg goes on where the one before ended.
+    // Turns about changing axes, so that every bias is observable; each leg continues from the previous one.
     double t = 0;
     for (int leg = 0; leg < 60; ++leg) {
         const Quaternion q_end = leg ? motion.q(1.0) : motion.start_q;
@@ -487,7 +487,7 @@ TEST(Ahrs, AFieldCannotTiltTheHorizon) {
     const Turning motion;
     follow(model, right, motion, 2.0);
     State wrong = right;
-    // The samples of one correction, and for one of two twins a field turned by 2 deg about north: within the gate.
+    // The samples of one correction; for one of two twins the field is turned by 2 deg about north, within the gate.
     const std::uint64_t before = right.corrections;
     for (int k = 1; right.corrections == before; ++k) {
         const double t_s = 2 + 0.005 * k;
@@ -510,7 +510,7 @@ TEST(Ahrs, AFieldCannotTiltTheHorizon) {
 }
 
 TEST(Ahrs, AnIntegratorOutsideComesToTheSameStateAsTheOneInside) {
-    // Backward hold: the outside knows only the rate of before, the jump puts the right one in.
+    // Backward hold: the external integrator uses the previous rate, the jump replaces it with the right one.
     const AhrsModel model(settings());
     State inside = state_at_start(model);
     Turning motion;
@@ -568,7 +568,7 @@ TEST(Ahrs, AHeadingBeyondItsGateCountsAsMuchLessAsItLiesFurtherOutside) {
     const Innovation& i = s.innovation[heading];
     EXPECT_EQ(s.gated[heading], 1u);
     const double noise = sigma * sigma, of_state = i.S[0] - noise;
-    // With the noise that it counts with it lies at the gate.
+    // With the noise of the filter it is at the gate.
     EXPECT_NEAR(i.value[0] * i.value[0] / (of_state + i.noise_scale * noise), 4, 1e-9);
 }
 
@@ -584,7 +584,7 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
         Event e{};
         e.t_s = t_s;
         e.add(Sample{t_s, gyro, {bias[0], bias[1], bias[2]}});
-        // A push that is no tilt: the velocity that it leaves speaks against the bias.
+        // A constant force that is no tilt: the velocity that it would leave contradicts a bias.
         e.add(Sample{t_s, accel, {t_s > 3 ? 0.3 : 0, t_s > 3 ? -0.2 : 0, -AhrsModel::gravity_m_s2}});
         model.before_flow(s, e);
         if (k > 0) model.flow_exactly(s, 0.005);
@@ -593,7 +593,7 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
         if (t_s < set.rest_duration_s || t_s > set.rest_duration_s + 0.1) {
             EXPECT_EQ(s.rest.at_rest(set), t_s > set.rest_duration_s) << t_s;
         }
-        // That the mean rate may be a turn fades while it stays the same.
+        // The variance of the mean rate, which may be a turn, decays while the rate stays the same.
         if (s.corrections > before && s.rest.at_rest(set) && t_s > 25) {
             ASSERT_LT((Vector3(s.bias) - Vector3(s.rest.mean_rate)).norm(), 0.02 * bias.norm()) << t_s;
         }
@@ -610,7 +610,7 @@ TEST(Ahrs, WhatItTellsOfItsCovarianceAgrees) {
     EXPECT_LT((model.bias_variances(s) - C.diagonal().tail<3>()).norm(), 1e-18);
     EXPECT_LT((model.rotation_covariance(s) - C.topLeftCorner<3, 3>()).norm(), 1e-18);
     EXPECT_GT(C.topRightCorner(3, 3).norm(), 0);
-    // Before the start an attitude has nothing to do with a bias.
+    // Before the start attitude and bias are not correlated.
     const State fresh = state_at_start(model);
     const ErrorCovariance first = model.error_covariance(fresh);
     EXPECT_EQ(first.topRightCorner(3, 3).norm(), 0);
@@ -674,7 +674,7 @@ TEST(Ahrs, AForceThatSpeaksAgainstTheHorizonLevelsItAnew) {
     follow(model, s, motion, 20);
     ASSERT_TRUE(model.estimate(s).tilt_ready && model.estimate(s).heading_ready);
     Eigen::Map<Quaternion> q(s.x);
-    q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q)); // sure of a horizon that is wrong by 40 deg
+    q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q)); // certain of a horizon that is 40 deg off
     const auto go_on = [&](double from_s, double to_s) {
         for (double t_s = from_s; t_s < to_s - 1e-9; t_s += 0.005) {
             model.before_flow(s, motion.event(t_s));
@@ -711,7 +711,7 @@ TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
     const Vector3 variances(0.1 * 0.1, 0.1 * 0.1, 0.2 * 0.2);
     for (int i = 0; i < 3; ++i) {
         const double share = added(AhrsErrors::rotation + i, AhrsErrors::rotation + i) / variances[i];
-        EXPECT_GT(share, 0.5) << i; // the correction takes some of it back
+        EXPECT_GT(share, 0.5) << i; // the correction removes some of it
         EXPECT_LT(share, 1) << i;
     }
     EXPECT_EQ(jumped.repaired, 0u);
@@ -745,8 +745,8 @@ TEST(Ahrs, AnAxisThatIsStuckIsFoundAfterAQuarterOfASecondAndWhatWasEarnedIsGone)
     EXPECT_LT(found_s, 10.5);
 }
 
-// The filter copies neither from event to event what seldom changes, nor computes anew what turns the body: both rely on being
-// told. Samples come and go, an axis sticks, the field changes, a clock is set.
+// From event to event the filter neither copies the slow part of its state nor recomputes the rotation: both must be marked
+// as changed. Samples start and stop, an axis sticks, the field changes, a clock is set.
 TEST(Ahrs, WhatSeldomChangesIsCountedAndWhatTurnsTheBodyIsUpToDate) {
     hnav_ahrs_options set = settings();
     set.outlier_rate_rad_s = 0.5;
@@ -901,7 +901,7 @@ void push(hnav_filter* f, const Turning& m, double t_s, bool with_mag) {
 
 TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
-    Turning motion; // about the vertical, which does not make the bias observable; faster than vehicles turn
+    Turning motion; // about the vertical, which leaves the bias unobservable; faster than vehicles turn
     motion.rate_b = rotation_matrix(motion.start_q).transpose() * Vector3(0, 0, 0.6);
     auto a = hnav_sized<hnav_attitude>();
     double sigma_10 = 0;
@@ -926,7 +926,7 @@ TEST(AhrsApi, WithoutAMagnetometerItStartsLevelAndItsHeadingSigmaGrows) {
     EXPECT_NEAR(a.euler_rad[0], truth[0], 0.5 * deg);
     EXPECT_NEAR(a.euler_rad[1], truth[1], 0.5 * deg);
 
-    // A heading aid confirms it, without a field.
+    // Confirmed by a heading aid, without a field.
     for (int k = 12001; k <= 12400; ++k) {
         const double t_s = 0.005 * k;
         push(f.get(), motion, t_s, false);
@@ -960,7 +960,7 @@ TEST(AhrsApi, AMagnetometerThatComesLateTurnsTheHeading) {
 TEST(AhrsApi, EachSensorMayHaveItsOwnRateAndTimes) {
     const Handle f = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     const Turning motion;
-    // 400 Hz gyroscope, 100 Hz accelerometer half a sample aside, 25 Hz magnetometer: none at the time of another.
+    // Gyroscope at 400 Hz, accelerometer at 100 Hz shifted by half a sample, magnetometer at 25 Hz: no two at the same time.
     for (int k = 0; k < 12000; ++k) {
         const double t_s = 0.0025 * k;
         const Vector3 rate = motion.rate_b;
@@ -1018,7 +1018,7 @@ TEST(AhrsApi, SaveWreckLoadGoesOnBitForBitAndLateSamplesGiveTheSameBits) {
 }
 
 TEST(AhrsApi, WhatAnEventLeavesAloneIsThatOfTheEventBeforeWhateverChangedIt) {
-    // One filter goes on; the other is loaded after every row, so that nothing of an earlier event is left in its memory.
+    // One filter continues; the other is loaded after every row, so that its memory contains nothing of earlier events.
     const Handle one = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT)), loaded = make(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT));
     const Turning motion;
     std::size_t bytes = 0;

@@ -1,5 +1,5 @@
-// The aircraft with an INS from outside: its flight is a function of seed and commands, its noise has the statistics that
-// it claims, every refusal by name, and the heap.
+// The aircraft with an INS through the C API: its flight is a function of seed and commands, its noise has the stated
+// statistics, every refusal names its cause, and the heap.
 #include "hnav/simulation.h"
 
 #include "counted_heap.hpp"
@@ -66,7 +66,7 @@ public:
         std::vector<double> x, lambda, z, u, factor;
     };
 
-    // n samples from the present one on.
+    // The next n samples.
     Flight run(std::size_t n, const double* command = nullptr) {
         Flight f;
         for (std::vector<double>* rows : {&f.x, &f.lambda, &f.z, &f.factor}) rows->resize(3 * n);

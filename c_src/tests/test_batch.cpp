@@ -1,4 +1,5 @@
-// Whole recordings: what a batch forgives is what a stream forgives, and the smoother's ready flags are earned.
+// Whole recordings: a batch accepts and refuses the same samples as a stream, and ready flags of the smoother follow those of
+// the filter.
 #include "hnav/hnav.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +72,7 @@ long count(const std::vector<std::uint8_t>& ready, std::size_t column) {
 
 } // namespace
 
-// Beyond all range, infinite and without a direction: the same samples are left out and counted.
+// Out of range, infinite and without a direction: the same samples are omitted and counted.
 TEST(Batch, ForgivesTheReadingsThatAStreamForgives) {
     Recording recording(300);
     recording.rate[3 * 50] = 1e7;
@@ -127,7 +128,7 @@ TEST(Smoother, KnowsNoHeadingWithoutAMagnetometer) {
     EXPECT_EQ(count(ready, 1), 0);
 }
 
-// Of a second at rest nothing has been earned.
+// One second at rest is too short for readiness.
 TEST(Smoother, IsNotReadyAfterAnInstant) {
     const auto ready = smoothed_ready(Recording(20));
     EXPECT_EQ(count(ready, 1), 0);

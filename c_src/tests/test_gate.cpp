@@ -1,8 +1,8 @@
 // Laws of gates, of consistency and of readiness.
 #include "estimation/consistency.hpp"
-#include "estimation/constancy.hpp"
 #include "estimation/gate.hpp"
 #include "estimation/readiness.hpp"
+#include "estimation/steps.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
     Consistency fit;
     fit.begin(1);
     for (int i = 0; i < samples; ++i) {
-        const double noise = fit.noise; // what the filter has learnt of it
+        const double noise = fit.noise; // the noise that the filter has learnt
         const double r[3] = {mean + sigma * normal(engine), sigma * normal(engine), sigma * normal(engine)};
         const double variance[3] = {noise, noise, noise};
         fit.note(r, variance, 3, gated, false, i * interval_s);
@@ -38,31 +38,40 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
     return fit;
 }
 
-// A scalar of sigma 0.1 that is measured with sigma 1 every 0.2 s for a minute, and steps; answers what is found, the largest.
-double found_of(double step, double largest, double smallest = 0) {
+// A scalar of sigma 0.1 in a filter that does not expect steps, measured with sigma 1 every 0.2 s for a minute, with a step half way through.
+// Returns twice the log likelihood ratio, estimate plus step and its variance at the end.
+struct Found {
+    double ratio, estimate, variance;
+};
+Found found_of(double step) {
     std::mt19937_64 engine(3);
     std::normal_distribution<double> normal;
-    Constancy steady{};
-    double mean = 0, variance = 0.01, found = 0;
+    StepEvidence<1> evidence{};
+    double mean = 0, variance = 0.01, response = 1;
     for (int i = 0; i < 300; ++i) {
-        const double truth = i < 150 ? 0 : step, gain = variance / (variance + 1);
-        const double change = gain * (truth + normal(engine) - mean), taken = gain * variance;
-        mean += change;
-        variance -= taken;
-        steady.note(change, taken, 0.2);
-        const double more = steady.excess(variance, smallest, largest, 4);
-        variance += more;
-        found = std::fmax(found, more);
+        if (i == 150) {
+            evidence = {};
+            response = 1;
+        }
+        const double S = variance + 1, r = (i < 150 ? 0 : step) + normal(engine) - mean;
+        evidence.add({{response * response / S}, {response * r / S}}, 1);
+        const double gain = variance / S;
+        mean += gain * r;
+        response *= 1 - gain;
+        variance *= 1 - gain;
     }
-    return found;
+    const double sigma = 10;
+    const Steps<1> found(evidence, &sigma);
+    return {found.twice_log_ratio(), mean + response * found.mean()[0],
+            variance + response * response * found.covariance()(0, 0)};
 }
 
-TEST(Constancy, AStateThatIsConstantIsLeftAloneAndAStepHasItsSize) {
-    EXPECT_EQ(found_of(0, 100), 0);
-    EXPECT_NEAR(std::sqrt(found_of(3, 100)), 3, 1.5);
-    EXPECT_LE(found_of(3, 1.0), 1); // no step is larger
-    EXPECT_EQ(found_of(3, 0.1), 0);
-    EXPECT_EQ(found_of(3, 100, 20), 0);
+TEST(Steps, NoStepIsNotFoundAndAStepGivesTheEstimateOfAFilterThatExpectedIt) {
+    EXPECT_LT(found_of(0).ratio, 18);
+    const Found found = found_of(3);
+    EXPECT_GT(found.ratio, 18);
+    EXPECT_LT(std::fabs(found.estimate - 3), 4 * std::sqrt(found.variance));
+    EXPECT_LT(found.variance, 0.01); // of 150 samples
 }
 
 TEST(Consistency, InnovationsAsPredictedChangeNothing) {
@@ -82,7 +91,7 @@ TEST(Consistency, NoiseBeyondWhatIsStatedIsLearntAndForgotten) {
         const double r[3] = {i % 2 ? 0.1 : -0.1, 0, 0};
         later.note(r, one, 3, false, false, 60 + 0.2 * i);
     }
-    EXPECT_EQ(later.noise, 1); // what is stated is a floor
+    EXPECT_EQ(later.noise, 1); // the stated noise is a lower bound
 }
 
 TEST(Consistency, WhatIsLearntIsAVarianceAndNoFactor) {
@@ -92,7 +101,7 @@ TEST(Consistency, WhatIsLearntIsAVarianceAndNoFactor) {
     EXPECT_EQ(fit.noise, learnt);
     fit.restate(4);
     EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
-    fit.restate(1); // better again: what was learnt of the worse one says nothing of it
+    fit.restate(1); // back to normal: the noise learnt before no longer applies
     EXPECT_DOUBLE_EQ(fit.noise, learnt / 4);
     fit.restate(1e6);
     EXPECT_EQ(fit.noise, 1);

@@ -1,4 +1,4 @@
-// The C API from outside: laws of the samples, every status once, save and load, and the heap.
+// The C API: laws of the samples, every status, save and load, and the heap.
 #include "hnav/hnav.h"
 
 #include "counted_heap.hpp"
@@ -29,7 +29,7 @@ struct Row {
     Vec rate, force, field;
 };
 
-// Owns a filter; what a test does not expect to fail, must not.
+// Owns a filter; calls that a test does not expect to fail must succeed.
 class Handle {
 public:
     explicit Handle(const hnav_hrekf_options& options) {
@@ -82,8 +82,8 @@ Vec to_body(const double* q, Vec n) {
     return {{r[1], r[2], r[3]}};
 }
 
-// A body tilted by 20 degrees that turns about changing axes at up to 10 rad/s, with gyro bias and noise; the rate of a
-// row is the mean over the interval that follows it. truth (may be null): q of every row.
+// A body tilted by 20 degrees that turns about changing axes at up to 10 rad/s, with gyro bias and noise; the rate of a row
+// is the mean over the interval that follows it. truth (may be null): q of every row.
 std::vector<Row> tilted_motion(double duration_s, Vec bias, double noise, std::vector<std::array<double, 4>>* truth = nullptr) {
     std::mt19937_64 engine(7);
     std::normal_distribution<double> normal;
@@ -195,7 +195,7 @@ TEST(Hrekf, ThePaperPresetKeepsACovarianceThroughItsEulerSteps) {
 
 TEST(Hrekf, AdaptationRaisesABiasWalkThatIsTooSmall) {
     auto rows = tilted_motion(40, {{0, 0, 0}}, 1);
-    for (Row& row : rows) row.rate.v[0] += 0.1 * std::sin(0.5 * row.t_s); // a bias that wanders much faster than claimed
+    for (Row& row : rows) row.rate.v[0] += 0.1 * std::sin(0.5 * row.t_s); // a bias that wanders much faster than stated
     hnav_hrekf_options o = precise();
     o.gyro_bias_walk_rad_s_per_sqrt_s = 1e-5;
     o.adaptation_min_rad_s_per_sqrt_s = 1e-6;
@@ -444,7 +444,7 @@ TEST(Law, RealignForgetsTheAttitudeAndKeepsTheBias) {
     EXPECT_LT(total_error(f.posterior().q_nb, truth.back()), 0.5 * deg);
 }
 
-// Two samples that share each stamp are spread over the time since the one before: each stands for half of it.
+// Two samples that share each stamp are spread over the time since the previous stamp: each has half of it.
 TEST(Law, SamplesThatShareAStampShareItsInformation) {
     const auto rows = tilted_motion(1, {{0, 0, 0}}, 1);
     Handle once(precise()), twice(precise());
@@ -650,7 +650,7 @@ TEST(BadInput, AHorizonThatHoldsMoreThanTheQueueLetsGoOfTheOldest) {
         ASSERT_EQ(hnav_filter_push_imu(f, 0.01 * k, up, up), HNAV_OK) << "sample " << k;
         f.advance(0.01 * k);
     }
-    EXPECT_EQ(hnav_filter_push_accel(f, 0.475, up), HNAV_OK); // what is still open takes late samples
+    EXPECT_EQ(hnav_filter_push_accel(f, 0.475, up), HNAV_OK); // open events accept late samples
     EXPECT_EQ(hnav_filter_push_accel(f, 0.1, up), HNAV_ERROR_LATE_SAMPLE);
 }
 
@@ -658,7 +658,7 @@ TEST(BadInput, AGapThatNoIntegratorCanFollowIsCrossedByTheClosedForm) {
     for (int solver : {HNAV_SOLVER_ERKSTEP, HNAV_SOLVER_ADAMS, HNAV_SOLVER_EULER}) {
         hnav_hrekf_options o = precise();
         o.solver = HNAV_SOLVER_CLOSED_FORM;
-        o.time_jump_limit_s = 0; // or the first stamp after the gap would be left out
+        o.time_jump_limit_s = 0; // otherwise the first stamp after the gap would be omitted
         Handle exact(o);
         o.solver = solver;
         Handle f(o);
@@ -887,7 +887,7 @@ TEST(Heap, NothingIsAllocatedAfterCreate) {
 }
 #endif
 
-// As one from the heap answers, bit for bit; and it is not the library's to destroy.
+// Equal bit for bit to a filter from the heap; the library must not destroy it.
 TEST(CallersMemory, HoldsAFilterOfTheClosedForm) {
     hnav_ahrs_options o = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
     std::vector<unsigned char> memory(hnav_ahrs_memory_bytes(&o));

@@ -1,4 +1,4 @@
-// Laws of the flow of the paper's filter: its covariance is that of its state, and its closed form its integral.
+// Laws of the flow of the paper's filter: its covariance is that of its state, and its closed form equals the integral.
 #include "hrekf.hpp"
 #include "hybrid/propagator.hpp"
 #include "maths/cholesky.hpp"
@@ -22,7 +22,7 @@ VectorX flow(const HrekfModel& model, const State& s, const VectorX& x) {
     return dx;
 }
 
-// A sample of rate, from which on it is held.
+// A sample of the rate, held from then on.
 void take_rate(const HrekfModel& model, State& s, double t_s, const Vector3& rate) {
     AttitudeEvent e{};
     e.t_s = t_s;
@@ -62,7 +62,7 @@ struct FullFlow {
     }
 };
 
-// By ERKStep, as precisely as numbers of this length allow.
+// By ERKStep with tolerances near rounding.
 template <int nx, class Flow>
 void integrate(const Flow& flow, double interval_s, double* x) {
     double atol[nx];
@@ -97,7 +97,7 @@ TEST(HrekfFlow, TheDirectionalDerivativeEqualsAPerturbation) {
     }
 }
 
-// The errata of (9) to (11) broke this.
+// The errata of (9) to (11) violate this law.
 TEST(HrekfFlow, TheFullSystemHasTheJacobianOfItsState) {
     test::Random random(2);
     const Vector3 rate = random.vector(3);
@@ -186,7 +186,7 @@ TEST(HrekfFlow, TheErrorStateFormIsItsTwin) {
     EXPECT_LT(distance(model.error_covariance(s), navigation_axes() * P6 * navigation_axes().transpose()), 1e-11);
 }
 
-// 20 000 bodies with random starts, gyro noise and bias walk against the covariance that the flow claims.
+// 20 000 bodies with random starts, gyro noise and bias walk against the covariance of the flow.
 TEST(HrekfFlow, TheCovarianceIsThatOfManyRuns) {
     hnav_hrekf_options set = settings();
     set.gyro_noise_rad_per_sqrt_s = 0.3 * deg;
@@ -223,7 +223,8 @@ TEST(HrekfFlow, TheCovarianceIsThatOfManyRuns) {
         error << 2 * e.tail<3>(), b - b0;
         sample += error * error.transpose() / runs;
     }
-    // Whitened by the claim, the sample covariance has eigenvalues 1 +- a few root(2/runs): the extremes of 6 within 5 %.
+    // Whitened by the stated covariance, the sample covariance has eigenvalues 1 +- a few root(2/runs): the extremes of 6 are
+    // within 5 %.
     EXPECT_TRUE(Cholesky<6>(sample - 0.95 * claimed).positive());
     EXPECT_TRUE(Cholesky<6>(1.05 * claimed - sample).positive());
 }

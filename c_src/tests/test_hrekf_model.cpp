@@ -1,4 +1,4 @@
-// Laws of the paper's filter at an event, at the start and of its readiness; those of its flow: test_hrekf_flow.cpp.
+// Laws of the paper's filter at an event, at the start and of its readiness; for its flow see test_hrekf_flow.cpp.
 #include "hrekf.hpp"
 #include "maths/eigenvalues.hpp"
 
@@ -34,7 +34,7 @@ TEST(HrekfJump, TheCorrectionEqualsTheInformationForm) {
     test::Random random(6);
     State s = random_state(model, random);
     const Vector3 bias(s.bias);
-    s.x[HrekfPlaces::t] = 0.01; // with a variance of the length
+    s.x[AttitudeFlow<double>::t] = 0.01; // with a variance of the length
     s.last_correction_s = 0;
     for (double& t : s.last_s) t = 0;
     const Quaternion q(s.x);
@@ -74,8 +74,8 @@ TEST(HrekfJump, LeavesAUnitQuaternionAndACovariance) {
     EXPECT_EQ(s.repaired, 0u);
 }
 
-// Sigma - K H Sigma subtracts what the Joseph form adds up, so it is asked of sensors far better than the prior, of repeated
-// samples, and of priors of very different sizes.
+// Sigma - K H Sigma subtracts what the Joseph form adds, so it is tested with sensors far better than the prior, repeated
+// samples, and priors of very different sizes.
 TEST(HrekfJump, TheCovarianceStaysOneWhateverTheSensorsAreWorth) {
     test::Random random(11);
     for (const double density : {1e-3, 1e-6, 1e-9})
@@ -158,7 +158,7 @@ TEST(HrekfGates, OfForceStaysAtOneInnovationUnlessItIsSet) {
 }
 
 TEST(HrekfJump, TheHeadingRowEqualsAPerturbation) {
-    // A heading sample of tiny noise pulls the yaw to itself and leaves roll and pitch, for any attitude but vertical.
+    // A heading sample with very small noise sets the yaw and leaves roll and pitch, for any attitude that is not vertical.
     hnav_hrekf_options set = settings();
     const HrekfModel model(set);
     test::Random random(10);

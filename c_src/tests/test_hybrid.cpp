@@ -13,14 +13,14 @@ using hnav::test::PendulumChain;
 
 namespace {
 
-// One number of one channel, for models of any kind.
+// One number of one channel, for models of both kinds.
 struct Reading {
     double t_s;
     int channel;
     double value;
 };
 
-// A chain of so many links; 0: the pendulum, whose size is known when it is compiled.
+// A chain of so many links; 0: the pendulum, whose size is known at compile time.
 template <int links>
 struct Kind {
     using Model = PendulumChain;
@@ -62,7 +62,7 @@ std::vector<Reading> readings(double duration_s, int links) {
     return samples;
 }
 
-// A filter of one kind, and what tests look at.
+// A filter of one kind with accessors for the tests.
 template <class K>
 class Tested : public Filter<typename K::Model> {
 public:
@@ -205,7 +205,7 @@ TEST(Propagator, IntegratorsAgreeOnALinearOscillator) {
     }
 }
 
-// Oscillators of one rate; the last place is a clock. Their number makes vectors of every length.
+// Oscillators of one rate; the last place is a clock. Their number gives vectors of every length.
 struct Oscillators {
     int pairs;
     double rate;
@@ -255,7 +255,7 @@ TEST(Propagator, AKnownRateTakesTheStepsThatToleranceAsksFor) {
             }
 }
 
-// Where error control takes the whole interval as one step, that step is the same with and without the error.
+// Where error control accepts the whole interval as one step, the step is the same with and without the error estimate.
 TEST(Propagator, AKnownRateLeavesTheBitsOfAStepAlone) {
     const Oscillators body{17, 6};
     const std::vector<double> atol(body.nx(), 1e-8);
@@ -310,7 +310,7 @@ TEST(Propagator, RemembersNothingOfTheIntervalBefore) {
     }
 }
 
-// A flow that has no answer beyond 3 is crossed up to there, and one that has none at all is given up; the solver stays usable.
+// A flow without a value beyond 3 is integrated up to there, and one without any value fails; the solver stays usable.
 TEST(Propagator, AFlowMayBeWithoutAnAnswer) {
     const auto flow = [](const void* broken, const double* x, double* dx) {
         if (*static_cast<const bool*>(broken)) return -1;
@@ -366,7 +366,7 @@ TYPED_TEST(HybridFilter, ConvergesFromAWrongStart) {
     const int n = 2 * this->links();
     EXPECT_LT(std::sqrt(filter.newest_x(n)), 0.01);
     EXPECT_GT(filter.propagator().rhs_evals(), 1000u);
-    // The first estimate was half a radian off; the last innovation must be noise.
+    // The first estimate was half a radian off; the last innovation must have the size of the noise.
     EXPECT_NEAR(filter.newest_x(this->links() - 1), samples.back().value, 0.05);
 }
 
@@ -392,7 +392,7 @@ TYPED_TEST(HybridFilter, SamplesWithinTheHorizonMayComeLateAndChangeNoBit) {
         ASSERT_EQ(in_order.push(s), Outcome::ok);
         ASSERT_EQ(in_order.advance(s.t_s), Outcome::ok);
     }
-    // Every fourth sample is handed over after the next four.
+    // Every fourth sample is pushed after the next four.
     std::vector<Reading> shuffled = samples;
     for (std::size_t i = 0; i + 4 < shuffled.size(); i += 4) std::rotate(&shuffled[i], &shuffled[i + 1], &shuffled[i + 4]);
     double now = 0;

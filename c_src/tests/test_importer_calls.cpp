@@ -1,4 +1,4 @@
-// What importers of FMUs need of a filter beside its estimate: steps without a look-ahead, steps back, and derivatives.
+// Calls for importers of FMUs beside the estimate: steps without a look-ahead, steps back, and derivatives.
 #include "hnav/hnav.h"
 
 #include <gtest/gtest.h>
@@ -98,7 +98,7 @@ TEST_P(ImporterCalls, SnapshotsOfAnySizeGoOnBitForBit) {
     EXPECT_EQ(shown(filter.get()), before);
 }
 
-// Sums of products of the outputs would find a wrong element; all pairs are compared through the FMUs.
+// A wrong element changes sums of products of the outputs; all pairs are compared through the FMUs.
 TEST_P(ImporterCalls, WhatIsShownChangesAsItsDerivativeSays) {
     const auto filter = make(GetParam());
     int32_t nx = 0;

@@ -1,158 +1,17 @@
 // The navigation filter: its mechanisation against exact solutions, its covariance against perturbation, the heading on the
-// circle, and what every hybrid filter promises.
+// circle, and the laws of every hybrid filter.
 #include "hnav/hnav.h"
-#include "hybrid/filter.hpp"
+#include "ins.hpp"
 #include "ins/circle.hpp"
-#include "ins/model.hpp"
-#include "laws.hpp"
 
-#include <functional>
 #include <vector>
 
 namespace hnav {
 namespace {
 
-using ins::imu;
-using ins::Phase;
-using ins::position;
-using ins::velocity;
-using Navigator = Filter<ins::Model>;
+using namespace test;
 
-constexpr double deg = M_PI / 180;
-
-ins::Options usual() {
-    ins::Options o{};
-    o.gyro_noise_rad_per_sqrt_s = 5e-5;
-    o.gyro_bias_walk_rad_s_per_sqrt_s = 2e-6;
-    o.accel_noise_m_s_per_sqrt_s = 6e-4;
-    o.accel_bias_walk_m_s2_per_sqrt_s = 3e-5;
-    o.position_colour_m[0] = o.position_colour_m[1] = 1.5;
-    o.position_colour_s = 60;
-    o.pressure_colour_m = 5;
-    o.pressure_colour_s = 1000;
-    o.start_sigma_velocity_m_s = 30;
-    o.start_sigma_gyro_bias_rad_s = 1e-3;
-    o.start_sigma_accel_bias_m_s2 = 0.03;
-    o.start_sigma_tilt_rad = 0.03;
-    o.start_sigma_latency_s = 0.05;
-    o.start_sigma_speed_scale = 0.05;
-    o.start_sigma_mounting_rad = 0.03;
-    o.start_sigma_heading_rad = 0.1;
-    o.start_sigma_position_m = 30;
-    o.level_window_s = 3;
-    o.gate_nis = 16.3;
-    o.gate_longest_s = 15;
-    o.rest_rate_rad_s = deg;
-    o.rest_force_m_s2 = 0.25;
-    o.rest_duration_s = 1;
-    o.rest_velocity_noise_m_s = 0.02;
-    o.rest_rate_noise_rad_per_sqrt_s = 1e-4;
-    o.ready_tilt_rad = o.ready_heading_rad = deg;
-    o.ready_velocity_m_s = 0.5;
-    o.ready_position_m = 5;
-    o.ready_hold_s = 5;
-    o.heading_found_rad = 4 * deg;
-    o.anchor_distance_m = 1e4;
-    o.correction_interval_s = 0.1;
-    o.longest_gap_s = 1;
-    o.gyro_hold = HNAV_GYRO_HOLD_BACKWARD;
-    return o;
-}
-
-// A motion given by position in Earth-fixed axes and attitude, and the samples that hold it exactly at their rate.
-struct Truth {
-    std::function<Vector3(double)> position_e;
-    std::function<Quaternion(double)> q_eb;
-    double interval_s = 0.01;
-
-    Vector3 velocity_e(double t) const {
-        const double h = 1e-3;
-        return (position_e(t + h) - position_e(t - h)) / (2 * h);
-    }
-    // Means over the interval that ends at t.
-    void sample(double t, double* value) const {
-        const double T = interval_s;
-        const Quaternion before = q_eb(t - T), after = q_eb(t);
-        const Quaternion earth = rotation_quaternion(Vector3(0, 0, earth::rate_rad_s * T));
-        const Vector3 w = rotation_vector(multiply(conjugate(before), multiply(earth, after))) / T;
-        const Vector3 v0 = velocity_e(t - T), v1 = velocity_e(t), W(0, 0, earth::rate_rad_s);
-        const Vector3 middle = position_e(t - 0.5 * T);
-        const Vector3 force_e = (v1 - v0) / T - earth::gravity_at(middle) + W.cross(v0 + v1);
-        const Matrix3 mean = HeldTurn<double>(w, T).integral / T;
-        const Vector3 half = 0.5 * T * W; // force_e is that of axes that have turned with the Earth for half the interval
-        const Vector3 f = mean.inverse() * (rotation_matrix(before).transpose() * (force_e + half.cross(force_e)));
-        for (int i = 0; i < 3; ++i) {
-            value[i] = w[i];
-            value[3 + i] = f[i];
-        }
-    }
-    ins::Event at(double t, bool fix = false) const {
-        ins::Event e{};
-        e.t_s = t;
-        ins::Sample s{t, imu, {}};
-        sample(t, s.value);
-        e.add(s);
-        if (fix) {
-            e.add(velocity_fix(t));
-            e.add(position_fix(t));
-        }
-        return e;
-    }
-    ins::Sample velocity_fix(double t, double sigma = 0.1) const {
-        const Matrix3 N = earth::axes_at(earth::place_of(position_e(t)));
-        const Vector3 v = N.transpose() * velocity_e(t);
-        return {t, velocity, {v[0], v[1], v[2], sigma, sigma, sigma}};
-    }
-    ins::Sample position_fix(double t, double sigma = 0.5) const {
-        const earth::Place p = earth::place_of(position_e(t));
-        return {t, position, {p.latitude_rad, p.longitude_rad, p.height_m, sigma, sigma, sigma}};
-    }
-    double heading(double t) const {
-        const Matrix3 N = earth::axes_at(earth::place_of(position_e(t)));
-        return roll_pitch_yaw(multiply(quaternion_from_matrix(N.transpose()), q_eb(t)))[2];
-    }
-};
-
-// A vehicle that winds over the ground about a place, body x ahead.
-Truth winding(const earth::Place& start, double heading, double speed = 15) {
-    const Vector3 p0 = earth::position_of(start);
-    const Matrix3 N = earth::axes_at(start);
-    const auto yaw = [heading](double t) { return heading + 0.9 * std::sin(0.15 * t); };
-    Truth truth;
-    truth.position_e = [=](double t) {
-        // The integral of the direction, by Simpson's rule from 0: exact to the tests' needs.
-        const int n = 60;
-        Vector3 sum = Vector3::Zero();
-        const double h = t / n;
-        for (int i = 0; i <= n; ++i) {
-            const double weight = i == 0 || i == n ? 1 : i % 2 ? 4 : 2, a = yaw(i * h);
-            sum += weight * Vector3(std::cos(a), std::sin(a), 0);
-        }
-        return Vector3(p0 + N * (speed * h / 3 * sum));
-    };
-    truth.q_eb = [=](double t) { return multiply(quaternion_from_matrix(N), rotation_quaternion(Vector3(0, 0, yaw(t)))); };
-    return truth;
-}
-
-ins::State started_at(const ins::Model& model, const Truth& truth, double t) {
-    ins::State s{};
-    model.begin(s);
-    const earth::Place p = earth::place_of(truth.position_e(t));
-    const Matrix3 N = earth::axes_at(p);
-    ins::vec(s.anchor_e) = earth::position_of(p);
-    ins::mat(s.axes) = N;
-    ins::vec(s.earth_rate) = N.transpose() * Vector3(0, 0, earth::rate_rad_s);
-    ins::vec(s.gravity) = N.transpose() * earth::gravity_at(truth.position_e(t));
-    ins::vec(s.x + 3) = N.transpose() * truth.velocity_e(t);
-    ins::quat(s.x + 6) = multiply(quaternion_from_matrix(N.transpose()), truth.q_eb(t));
-    s.phase = Phase::navigating;
-    s.has_place = 1;
-    s.last_s[imu] = s.last_event_s = s.last_correction_s = t;
-    ins::quat(s.seen_q) = ins::quat(s.x + 6);
-    return s;
-}
-
-// Free inertial over `duration_s`: the distance from the truth at the end.
+// Free inertial over `duration_s`: the final distance from the truth.
 double free_run_error(const Truth& truth, double duration_s, double* heading_error = nullptr) {
     const ins::Model model(usual());
     ins::State s = started_at(model, truth, 0);
@@ -208,7 +67,7 @@ TEST(InsMechanisation, AGreatCircleAcrossPoleAndDateLineIsFollowed) {
         double latitude, longitude, course;
     };
     for (const Way way : {Way{0, 0, 30}, Way{89.98, 40, 0}, Way{10, 179.99, 90}}) {
-        // A circle about the centre of the Earth at constant speed, and an attitude that stays in Earth-fixed axes.
+        // A circle about the centre of the Earth at constant speed, and a constant attitude in Earth-fixed axes.
         const earth::Place start{way.latitude * deg, way.longitude * deg, 1000};
         const Vector3 p0 = earth::position_of(start);
         const Vector3 out = p0.normalized(),
@@ -229,7 +88,7 @@ TEST(InsMechanisation, ConingAt200HzDriftsLessThanAHundredthOfADegreeInAnHour) {
     const double rate = 2 * M_PI * 10, half = deg, T = 0.005;
     const Vector3 p = earth::position_of({0.5, 0.3, 0});
     const auto q_at = [=](double t) { return rotation_quaternion(half * Vector3(std::cos(rate * t), std::sin(rate * t), 0)); };
-    // The sample is the mean of the rate, by quadrature, not the turn.
+    // The sample is the mean of the rate, by quadrature, not the rotation divided by time.
     const auto rate_at = [&](double t) {
         const double h = 1e-5;
         return Vector3(rotation_vector(multiply(conjugate(q_at(t - h)), q_at(t + h))) / (2 * h));
@@ -266,38 +125,40 @@ TEST(InsMechanisation, ConingAt200HzDriftsLessThanAHundredthOfADegreeInAnHour) {
 
 TEST(InsMechanisation, TheClosedFormIsTheIntegralOfTheFlow) {
     const ins::Model model(usual());
-    test::Random random(3);
     const Truth truth = winding({0.8, 0.2, 100}, 1);
-    ins::State s = started_at(model, truth, 0);
-    for (int i = 0; i < 3; ++i) {
-        s.held.rate[i] = random.normal(0.5);
-        s.held.force[i] = random.normal(5);
+    for (const double fastest_rad_s : {0.5, 20.0}) {
+        test::Random random(3);
+        ins::State s = started_at(model, truth, 0);
+        for (int i = 0; i < 3; ++i) {
+            s.held.rate[i] = random.normal(fastest_rad_s);
+            s.held.force[i] = random.normal(5);
+        }
+        ins::State exact = s;
+        model.flow_exactly(exact, 0.02);
+        double x[ins::nx], k1[ins::nx], k2[ins::nx], k3[ins::nx], k4[ins::nx], y[ins::nx];
+        std::copy(s.x, s.x + ins::nx, x);
+        const int n = 200;
+        const double h = 0.02 / n;
+        for (int step = 0; step < n; ++step) {
+            const auto probe = [&](const double* k, double share) {
+                for (int i = 0; i < ins::nx; ++i) y[i] = x[i] + share * h * k[i];
+            };
+            model.flow(s, x, k1);
+            probe(k1, 0.5);
+            model.flow(s, y, k2);
+            probe(k2, 0.5);
+            model.flow(s, y, k3);
+            probe(k3, 1);
+            model.flow(s, y, k4);
+            for (int i = 0; i < ins::nx; ++i) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+        }
+        for (int i = 0; i < ins::nx; ++i) EXPECT_NEAR(exact.x[i], x[i], 1e-8) << i;
     }
-    ins::State exact = s;
-    model.flow_exactly(exact, 0.02);
-    double x[ins::nx], k1[ins::nx], k2[ins::nx], k3[ins::nx], k4[ins::nx], y[ins::nx];
-    std::copy(s.x, s.x + ins::nx, x);
-    const int n = 200;
-    const double h = 0.02 / n;
-    for (int step = 0; step < n; ++step) {
-        const auto probe = [&](const double* k, double share) {
-            for (int i = 0; i < ins::nx; ++i) y[i] = x[i] + share * h * k[i];
-        };
-        model.flow(s, x, k1);
-        probe(k1, 0.5);
-        model.flow(s, y, k2);
-        probe(k2, 0.5);
-        model.flow(s, y, k3);
-        probe(k3, 1);
-        model.flow(s, y, k4);
-        for (int i = 0; i < ins::nx; ++i) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
-    }
-    for (int i = 0; i < ins::nx; ++i) EXPECT_NEAR(exact.x[i], x[i], 1e-8) << i;
 }
 
 // ------------------------------------------------------------------------------------------------ covariance
 
-// The transition of a window against differences of two whole flows, for every error that moves.
+// The transition of a window against differences of two whole flows, for every error state that propagates.
 TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
     const ins::Model model(usual());
     const Truth truth = winding({0.8, 0.2, 100}, 1, 80);
@@ -332,7 +193,7 @@ TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
         slope << (ins::vec(moved.x) - ins::vec(base.x)) / step, (ins::vec(moved.x + 3) - ins::vec(base.x + 3)) / step,
             rotation_vector(multiply(ins::quat(moved.x + 6), conjugate(ins::quat(base.x + 6)))) / step;
         const ins::Covariance P = model.covariance_at(moved, 0);
-        // With one error of variance 1 the covariance is the square of its column; noise comes on top.
+        // With one error of variance 1 the covariance is the square of its column; noise adds to it.
         for (int i = 0; i < 9; ++i)
             for (int j = 0; j < i; ++j)
                 EXPECT_NEAR(P[i][j], slope[i] * slope[j],
@@ -369,7 +230,7 @@ TEST(InsCircle, AHeadingFromElsewhereIsBelievedAloneAndNotAgainstMotion) {
     const double nothing[2] = {0, 0}, any[2][2] = {{0.5, 0}, {0, 0.5}};
     const ins::Circle alone = ins::heading_on_circle(nothing, any, {3.0, 1 / (0.05 * 0.05)});
     EXPECT_NEAR(alone.mode_rad, 3.0, 1e-3);
-    // Its own variance, and one in ten thousand that may point anywhere.
+    // Its own variance, and one share in ten thousand that is uniform on the circle.
     EXPECT_NEAR(alone.spread_rad, std::hypot(0.05, M_PI / std::sqrt(3.0) * 1e-2), 5e-4);
     const double m[2] = {1, 0}, S[2][2] = {{0.04, 0}, {0, 0.04}};
     const ins::Circle against = ins::heading_on_circle(m, S, {3.0, 1 / (0.05 * 0.05)});
@@ -381,37 +242,6 @@ TEST(InsCircle, AHeadingFromElsewhereIsBelievedAloneAndNotAgainstMotion) {
 }
 
 // ------------------------------------------------------------------------------------------------ any heading
-
-struct Flight {
-    Navigator filter;
-
-    explicit Flight(const ins::Options& options, bool closed_form = true, double horizon_s = 0) {
-        Navigator::Settings e;
-        e.closed_form = closed_form;
-        e.horizon_s = horizon_s;
-        e.time_jump_limit_s = options.time_jump_limit_s;
-        e.queue_capacity = 256;
-        EXPECT_TRUE(filter.create(ins::Model(options), e));
-    }
-    void push_imu(const Truth& truth, double t) {
-        ins::Sample s{t, imu, {}};
-        truth.sample(t, s.value);
-        EXPECT_EQ(filter.push(s), Outcome::ok);
-    }
-    ins::Navigation shown() const {
-        return filter.model().navigation(filter.shown(), filter.looked_ahead_s(), filter.event_now_s());
-    }
-};
-
-// Sample i of a hundred a second, and five fixes a second.
-void feed(Flight& run, const Truth& truth, int i) {
-    const double t = 0.01 * i;
-    run.push_imu(truth, t);
-    if (i % 20 == 0) {
-        run.filter.push(truth.velocity_fix(t));
-        run.filter.push(truth.position_fix(t));
-    }
-}
 
 TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
     const earth::Place places[] = {{0.1, 0.2, 0}, {-0.9, M_PI - 1e-6, 500}, {89.99 * deg, 1, 0}};
@@ -425,32 +255,13 @@ TEST(InsAnyHeading, IsFoundFromEveryStartOnEveryPartOfTheEarth) {
             }
             const ins::Navigation n = run.shown();
             EXPECT_EQ(run.filter.shown().phase, Phase::navigating);
-            // In Earth-fixed axes, because north means little at a pole.
+            // In Earth-fixed axes, because north is ill-defined at a pole.
             const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
             EXPECT_LT(rotation_vector(multiply(q_eb, conjugate(truth.q_eb(40)))).norm(), 1 * deg)
                 << place.latitude_rad << " " << k;
             EXPECT_LT((n.position_e - truth.position_e(40)).norm(), 1.0);
             EXPECT_TRUE(n.heading_ready);
         }
-}
-
-// A drive of `seconds` with satellites, whose samples `spoil` may change before they are used.
-void drive(Flight& run, const Truth& truth, int seconds, const std::function<void(ins::Sample&)>& spoil) {
-    const auto push = [&](ins::Sample sample) {
-        spoil(sample);
-        run.filter.push(sample);
-    };
-    for (int i = 1; i <= 100 * seconds; ++i) {
-        const double t = 0.01 * i;
-        ins::Sample turn{t, imu, {}};
-        truth.sample(t, turn.value);
-        push(turn);
-        if (i % 20 == 0) {
-            push(truth.velocity_fix(t));
-            push(truth.position_fix(t));
-        }
-        ASSERT_EQ(run.filter.advance(t), Outcome::ok);
-    }
 }
 
 TEST(InsAnyHeading, AWrongScaleOfAGyroscopeIsFound) {
@@ -470,7 +281,7 @@ TEST(InsAnyHeading, AWrongScaleOfAGyroscopeIsFound) {
 
 TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
-    // The fix at which the window ends and the filter starts, and one in the midst.
+    // The fix at the end of the window, where the filter starts, and one in the middle.
     for (const double far_off_s : {3.4, 9.0}) {
         Flight run(usual());
         drive(run, truth, 60, [&](ins::Sample& sample) {
@@ -485,10 +296,10 @@ TEST(InsAnyHeading, AFirstFixThatLiesFarOffIsForgotten) {
 }
 
 struct Misses {
-    double attitude, velocity, position, ahead; // ahead: how much further north it has come, across the pole it is less
+    double attitude, velocity, position, ahead; // displacement to the north; across the pole it decreases
 };
 
-// After two minutes with satellites that are off by as much everywhere, and the last 20 s without them.
+// After two minutes with satellites whose error is the same everywhere, and 20 s without them.
 Misses after_a_flight(const earth::Place& start, double heading) {
     const Truth truth = winding(start, heading, 60);
     Flight run(usual());
@@ -532,7 +343,7 @@ TEST(InsAnyHeading, AFlightAcrossThePoleOrTheDateLineIsAsGoodAsOneAtTheEquator) 
     EXPECT_LT(equator.attitude, 0.5 * deg);
 }
 
-// Gains speed straight ahead from switching on, for so long, then keeps it.
+// Accelerates straight ahead from the first sample for so long, then keeps its speed.
 Truth sprint(double heading, double gain_m_s2, double until_s) {
     const earth::Place start{0.7, -1, 50};
     const Vector3 p0 = earth::position_of(start);
@@ -544,13 +355,6 @@ Truth sprint(double heading, double gain_m_s2, double until_s) {
     };
     truth.q_eb = [=](double) { return multiply(quaternion_from_matrix(N), rotation_quaternion(Vector3(0, 0, heading))); };
     return truth;
-}
-
-// Off the vertical, in units of what is told, both axes together: chi square of 2.
-double tilt_nees(const ins::Navigation& n, const Truth& truth, double t) {
-    const Matrix3 N = earth::axes_at(n.place);
-    const Vector3 down = rotation_matrix(n.q_nb) * (rotation_matrix(truth.q_eb(t)).transpose() * N.col(2));
-    return std::pow(down[1] / n.sigma_rotation[0], 2) + std::pow(down[0] / n.sigma_rotation[1], 2);
 }
 
 TEST(InsAnyHeading, OneStraightAccelerationLeavesTheTiltOpenAndItsEndTellsIt) {
@@ -643,7 +447,7 @@ ins::Options guarded() {
     return o;
 }
 
-// Rotation off the truth at t, in rad.
+// Rotation error at t, in rad.
 double rotation_error(const Flight& run, const Truth& truth, double t) {
     const ins::Navigation n = run.shown();
     const Quaternion q_eb = multiply(quaternion_from_matrix(earth::axes_at(n.place)), n.q_nb);
@@ -687,7 +491,7 @@ TEST(InsFaults, AStampFarAheadIsLeftOutAndAClockThatIsSetBackIsFollowed) {
     }
 }
 
-// Fixes alone start nothing: what they made of a state without force was off by kilometres, with a sigma of 0.
+// Fixes alone must not start the filter: a state without force would be kilometres off with a sigma of 0.
 TEST(InsFaults, WithoutTheInertialUnitNothingIsReadyAndItIsFoundAgainAfterwards) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
     Flight run(guarded());
@@ -727,7 +531,7 @@ TEST(InsFaults, AnAxisThatIsStuckCostsCertaintyAboutItAndNoneIsClaimed) {
     EXPECT_FALSE(run.shown().heading_ready);
 }
 
-// The force that is false would make a wrong heading look observable: lateral velocity over the gain along the axis.
+// The false force would make a wrong heading look observable, through the lateral velocity.
 TEST(InsFaults, ASaturatedAccelerometerTellsNothingOfTheHeading) {
     const Truth truth = winding({0.8, 0.2, 100}, 1);
     test::Random random(4);
@@ -741,7 +545,7 @@ TEST(InsFaults, ASaturatedAccelerometerTellsNothingOfTheHeading) {
         });
         sigma[saturated] = run.shown().sigma_rotation[2];
     }
-    EXPECT_GT(sigma[1], 0.7 * sigma[0]); // some samples pass before it is found
+    EXPECT_GT(sigma[1], 0.7 * sigma[0]); // the fault is found after some samples
 }
 
 // A receiver without a fix repeats zeros.
@@ -768,7 +572,7 @@ TEST(InsFaults, AStepOfABiasIsFound) {
 
 // ------------------------------------------------------------------------------------------------ what hybrid filters promise
 
-// Every phase is passed: waiting, levelling, any heading, navigating, and a change of the anchor.
+// All phases: waiting, levelling, any heading, navigating, and a change of the anchor.
 ins::Options restless() {
     ins::Options s = usual();
     s.anchor_distance_m = 300;
@@ -798,7 +602,7 @@ TEST(InsHybrid, AFixThatComesLateGivesTheBitsOfAPunctualOne) {
     Flight punctual(restless(), true, 0.3), late(restless(), true, 0.3);
     for (int i = 1; i <= 4000; ++i) {
         const double t = 0.01 * i;
-        // Between two samples of the IMU, too.
+        // Also between two samples of the IMU.
         const double valid = t - 0.003;
         punctual.push_imu(truth, t);
         late.push_imu(truth, t);

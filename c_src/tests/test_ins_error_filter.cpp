@@ -1,4 +1,4 @@
-// The filter for coloured INS errors from outside: laws that tie the forms together, every refusal by name, and the heap.
+// The filter for coloured INS errors through the C API: laws that relate the forms, every refusal, and the heap.
 #include "hnav/hnav.h"
 
 #include "counted_heap.hpp"
@@ -99,7 +99,7 @@ struct Faults {
     double process = 0;
 };
 
-// Owns a filter; what a test does not expect to fail, must not.
+// Owns a filter; calls that a test does not expect to fail must succeed.
 class Handle {
 public:
     Handle(const Model& model, const hnav_ins_error_options& options) : Handle(model.view(), options) {}
@@ -214,7 +214,7 @@ TEST(InsErrorFilter, ChannelAfterChannelIsAllAtOnce) {
     Model m;
     const Data d = samples(m, 300, 3);
     Handle sequential(m, options_of(HNAV_INS_ERROR_AUGMENTED));
-    m.Qv(0, 1) = m.Qv(1, 0) = 1e-200; // no longer diagonal, and the same number for all that counts
+    m.Qv(0, 1) = m.Qv(1, 0) = 1e-200; // no longer diagonal, and the same for all counted values
     Handle joint(m, options_of(HNAV_INS_ERROR_AUGMENTED));
     hnav_ins_error_options short_form = options_of(HNAV_INS_ERROR_AUGMENTED);
     short_form.joseph = 0;
@@ -322,7 +322,7 @@ TEST(InsErrorFilter, AnErrorThatJumpsIsABiasFaultAndIsLearned) {
         }
     }
     EXPECT_GT(found, 0.9);
-    EXPECT_LT(f.faults().bias[1], 0.05); // the jump is learned, and forgotten
+    EXPECT_LT(f.faults().bias[1], 0.05); // the jump is learned, then forgotten
 }
 
 TEST(InsErrorFilter, ALivelierProcessIsNoFaultOfChannels) {
@@ -409,7 +409,7 @@ TEST(InsErrorFilter, AStepWithoutAnyChannelIsAPrediction) {
 
 TEST(InsErrorFilter, AModeThatNoMeasurementShowsIsNotHeldAgainstTheModel) {
     Model m;
-    m.A(1, 2) = 0; // the oscillator by itself
+    m.A(1, 2) = 0; // the oscillator alone
     const auto separability = [](const Model& model) {
         double value = -1;
         Handle f(model, options_of(HNAV_INS_ERROR_AUGMENTED));
@@ -422,7 +422,7 @@ TEST(InsErrorFilter, AModeThatNoMeasurementShowsIsNotHeldAgainstTheModel) {
     m.H(2, 2) = 0; // and now the third state is not
     EXPECT_GE(separability(m), seen - 1e-12);
     m.H(2, 2) = 1;
-    m.A(2, 2) = 0.99; // as An: what moves alike cannot be told apart
+    m.A(2, 2) = 0.99; // equal to An: modes with the same dynamics cannot be distinguished
     EXPECT_LT(separability(m), 1e-6);
 }
 
@@ -700,7 +700,7 @@ TEST(InsErrorFilter, ARunStopsAtTheFirstWrongRowAndTellsHowFarItCame) {
 
 namespace {
 
-// Everything a filter can be asked for, on n states, n channels and a full Qv when `full`.
+// Every call of a filter, on n states, n channels and a full Qv when `full`.
 long allocations_after_create(int n, hnav_ins_error_form form, hnav_noise_scaling scaling, int lag, bool full) {
     Square A = 0.9 * Square::Identity(n, n), I = Square::Identity(n, n), An = 0.99 * I, QU = 0.02 * I, Qv = I, Ac = -0.5 * I,
            Anc = -0.1 * I;

@@ -1,5 +1,5 @@
-// The navigation filter with an integrator of the caller's: what flows outside is what flows inside, and derivatives are those
-// that perturbation finds.
+// The navigation filter under a caller's integrator: external and internal integration agree, and derivatives equal those by
+// perturbation.
 #include "hnav/hnav.h"
 #include "laws.hpp"
 
@@ -24,7 +24,7 @@ struct Destroy {
 };
 using Ins = std::unique_ptr<hnav_filter, Destroy>;
 
-// It knows where it is, how it stands and how fast it goes.
+// Position, attitude and velocity are known.
 Ins made(double latitude_rad, double longitude_rad, hnav_solver solver = HNAV_SOLVER_CLOSED_FORM) {
     hnav_ins_options options = hnav_ins_defaults(HNAV_INS_INDUSTRIAL);
     options.start = HNAV_INS_START_STATE;
@@ -42,7 +42,7 @@ Ins made(double latitude_rad, double longitude_rad, hnav_solver solver = HNAV_SO
     return Ins(ins);
 }
 
-// A sample at k times the interval; beside some of them a fix between two samples, off from where the body is taken to be.
+// A sample at k times the interval; some have a fix between two samples, away from the estimated position.
 void push(hnav_filter* ins, int k) {
     const double t = k * interval_s;
     const double rate[3] = {0.3 * std::sin(3 * t), -0.2 * std::cos(2 * t), 0.4},
@@ -60,14 +60,14 @@ Numbers derivative(hnav_filter* ins, const Numbers& x) {
     return dx;
 }
 
-// Runge and Kutta's fourth order.
+// The classical Runge-Kutta method of order 4.
 Numbers flown(hnav_filter* ins, const Numbers& x, double h) {
     const Numbers a = derivative(ins, x), b = derivative(ins, x + h / 2 * a), c = derivative(ins, x + h / 2 * b),
                   d = derivative(ins, x + h * c);
     return x + h / 6 * (a + 2 * b + 2 * c + d);
 }
 
-// Flows to t_s from *now_s with jumps at the events between.
+// Integrates to t_s from *now_s, with jumps at the events between.
 void go(hnav_filter* ins, double* now_s, double t_s, Numbers* x) {
     for (;;) {
         double event_s;
@@ -93,7 +93,7 @@ hnav_navigation navigation(hnav_filter* ins) {
     return n;
 }
 
-// It has run for a while, and between two events now.
+// After some time, between two events.
 Ins under_way(double latitude_rad, double longitude_rad, Numbers* x) {
     Ins ins = made(latitude_rad, longitude_rad);
     *x = state_of(ins.get());
@@ -106,7 +106,7 @@ Ins under_way(double latitude_rad, double longitude_rad, Numbers* x) {
 }
 
 TEST(InsHybrid, AnIntegratorOutsideFindsTheSame) {
-    // The closed form is of second order in what the turn of the Earth changes.
+    // The closed form has an error of second order in the Earth's rotation.
     const std::pair<hnav_solver, double> inner[] = {{HNAV_SOLVER_ERKSTEP, 1e-10}, {HNAV_SOLVER_CLOSED_FORM, 1e-8}};
     for (const auto& [solver, close] : inner) {
         const Ins inside = made(0.8, 0.2, solver), outside = made(0.8, 0.2);

@@ -1,4 +1,4 @@
-// Calibration through the C API: laws without noise, what outliers and poor motion do, every refusal once.
+// Calibration through the C API: laws without noise, effects of outliers and poor motion, every refusal.
 #include "hnav/hnav.h"
 
 #include "laws.hpp"
@@ -23,7 +23,7 @@ constexpr double deg = M_PI / 180;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double gravity = 9.81;
 
-// A distorted magnetometer and an accelerometer that are turned about, and the field that a perfect one would have seen.
+// A distorted magnetometer and an accelerometer that rotate, and the field of a perfect magnetometer.
 struct Recording {
     std::vector<Vector3> field, force, truth;
     std::vector<bool> outlier;
@@ -111,7 +111,7 @@ double direction_error(const Recording& r, const Answer& a) {
     return direction_error(r, [&](const Vector3& field) { return a.corrected(field); });
 }
 
-// The same without noise: what is left is the error of the calibration.
+// The same without noise: the remaining error is that of the calibration.
 Recording clean_of(const Recording& r) {
     Recording clean = r;
     for (std::size_t i = 0; i < r.size(); ++i) clean.field[i] = r.D * r.truth[i] + r.offset;
@@ -292,7 +292,7 @@ TEST(MagnetometerCalibration, ARotationThatExplainsNothingIsNotTaken) {
     EXPECT_EQ(a.c.fit, HNAV_MAGNETOMETER_NO_ROTATION);
     EXPECT_LT(direction_error(r, a), 0.5 * deg);
     EXPECT_NE(a.message.find("would explain too little"), std::string::npos) << a.message;
-    Recording alone = r; // the ellipsoid's error alone is smaller: what was given up is in the other
+    Recording alone = r; // the ellipsoid's error alone is smaller: the omitted part is in the other
     EXPECT_GT(a.c.direction_sigma_rad, 1.2 * calibrate(alone, false).c.direction_sigma_rad);
 }
 
@@ -301,7 +301,7 @@ TEST(MagnetometerCalibration, WhatOfTheSphereHasNoSampleIsSaid) {
     ASSERT_EQ(whole.status, HNAV_OK) << whole.message;
     EXPECT_LT(whole.c.gap_rad, 20 * deg);
     EXPECT_NE(whole.message.find("every direction has a sample"), std::string::npos) << whole.message;
-    // The field never points further up than dip and tilt allow.
+    // The upward angle of the field is limited by dip and tilt.
     const Answer part = calibrate(record({600, 54 * deg, 0.002, 0.01, 0, 45 * deg}, 20));
     ASSERT_EQ(part.status, HNAV_OK) << part.message;
     EXPECT_NEAR(part.c.gap_rad, 80 * deg, 15 * deg);
@@ -330,7 +330,7 @@ TEST(MagnetometerCalibration, TurningAboutOneAxisGivesHardIronInThePlaneWhenAske
 }
 
 TEST(MagnetometerCalibration, NoSilentAnswerIsFarOff) {
-    // Less and less tilt: whatever is not refused must be good. All that is asked of it: within 3 deg.
+    // Decreasing tilt: every result that is not refused must be within 3 deg.
     int answered = 0, refused = 0, covered = 0;
     for (const double tilt : {90., 60., 45., 30., 20., 10., 5., 2., 0.})
         for (unsigned seed = 1; seed <= 10; ++seed) {
@@ -460,7 +460,7 @@ TEST(MagnetometerCalibrationRefuses, DataThatDoNotTell) {
 }
 
 TEST(MagnetometerCalibrationRefuses, HardIronTooWhereNoCircleFits) {
-    // A small cap of a sphere: circles through a filled disc mean nothing.
+    // A small cap of a sphere: circles through a filled disc have no meaning.
     const Recording r = record({6000}, 2);
     Random random(3);
     Recording cap;

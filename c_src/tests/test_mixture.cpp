@@ -20,7 +20,7 @@ struct Gaussian {
     int events;
 };
 
-// A container as mixture.hpp asks for one.
+// A container with the interface that mixture.hpp requires.
 struct Parts {
     std::vector<Gaussian> part;
 

@@ -1,5 +1,5 @@
-// The observer by its C functions: a Kalman filter where the plant is linear, the same bits however samples come, honest
-// where it is not linear, and steadfast with plants that lie, fail or remember.
+// The observer through the C API: a Kalman filter for a linear plant, the same bits for any arrival order of samples,
+// consistent for nonlinear plants, and robust against plants that fail, are wrong or have a memory.
 #include "hnav/hnav.h"
 
 #include "counted_heap.hpp"
@@ -101,7 +101,7 @@ struct Sample {
     double value;
 };
 
-// Two sensors with intervals of their own and an input that is held between: as a recording has them.
+// Two sensors with different intervals and an input that is held between samples, as in a recording.
 std::vector<Sample> samples_of_linear(double duration_s, unsigned seed = 3) {
     Random random(seed);
     std::vector<Sample> samples;
@@ -245,7 +245,7 @@ TEST(Observer, LateSamplesWithinTheHorizonGiveTheSameBits) {
     const auto samples = samples_of_linear(4);
     Observer in_order(given), late(given);
     go_through(in_order, samples);
-    // Sensor 1 comes 0.2 s late.
+    // Sensor 1 arrives 0.2 s late.
     std::vector<Sample> waiting;
     for (const Sample& s : samples) {
         while (!waiting.empty() && waiting.front().t_s + 0.2 <= s.t_s) {
@@ -295,7 +295,7 @@ TEST(Observer, GoesOnFromASavedStateBitForBit) {
     EXPECT_EQ(saved.saved(), whole.saved());
 }
 
-// Fifty runs of ten seconds from a far start.
+// Fifty runs of ten seconds from a start with a large error.
 TEST(Observer, StatesItsErrorsOfVanDerPol) {
     double nees = 0, nis = 0, count = 0;
     for (unsigned seed = 0; seed < 50; ++seed) {
@@ -369,7 +369,7 @@ TEST(Observer, LearnsAParameter) {
     EXPECT_LT(normalised, 2.2);
 }
 
-// A cart that an unknown force pushes: x'' = u + d; the force is known up to its own noise.
+// A cart under an unknown force: x'' = u + d; the force u is known up to its noise.
 TEST(Observer, LearnsAnUnknownInput) {
     Given g;
     g.plant.n_states = 2;
@@ -397,7 +397,7 @@ TEST(Observer, LearnsAnUnknownInput) {
         }
         EXPECT_NEAR(observer.x()[2], -1.5, 4 * observer.sigma()[2]);
         EXPECT_LT(observer.sigma()[2], 0.3);
-        // Alone, the force decays to nothing, or stays.
+        // Without the input the force decays to zero, or stays.
         ASSERT_EQ(hnav_filter_advance(observer, 1010), HNAV_OK) << observer.message();
         EXPECT_NEAR(observer.x()[2], tau > 0 ? 0 : -1.5, tau > 0 ? 1e-3 : 1);
     }
@@ -446,7 +446,7 @@ TEST(Observer, AGateInflatesWhatIsFarOffOnceReady) {
     EXPECT_EQ(observer.innovation(0).inflated, 1u);
     EXPECT_GT(observer.innovation(0).nis, 100);
     EXPECT_NEAR(observer.x()[0], truth.x[0], 0.15);
-    // A sensor that stays off is no outlier: the mean says so, and the estimate is not ready any more.
+    // A sensor with a lasting offset is no outlier: the mean innovation shows it, and the estimate is no longer ready.
     for (int k = 101; k < 140; ++k) sample(k, 3);
     EXPECT_FALSE(observer.info().ready);
 }
@@ -493,7 +493,7 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
             for (hnav_filter* o : {static_cast<hnav_filter*>(observer), static_cast<hnav_filter*>(undisturbed)})
                 for (double t_s : {0.0, 0.1, 0.2}) ASSERT_EQ(step(o, t_s), HNAV_OK);
             (in_outputs ? context.outputs : context.derivatives) = kind;
-            // Without derivatives the estimate is held and the sample is used; without outputs it cannot be.
+            // Without derivatives the estimate is held and the sample is used; without outputs the sample cannot be used.
             EXPECT_EQ(step(observer, 0.3), in_outputs ? HNAV_ERROR_SOLVER : HNAV_OK);
             EXPECT_NE(observer.message().find(in_outputs ? "outputs" : "derivatives"), std::string::npos) << observer.message();
             EXPECT_EQ(observer.info().dropped, in_outputs ? 1u : 0u);
@@ -511,8 +511,8 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
 TEST(Observer, FindsDerivativesThatLie) {
     Given g = linear();
     g.plant.derivatives_jacobian = [](void*, double, const double*, const double*, const double*, double* J) {
-        const double told[9] = {0, 1, 0, -spring, friction, 0, lag_1_s, 0, -lag_1_s}; // the sign of the friction is wrong
-        std::copy_n(told, 9, J);
+        const double stated[9] = {0, 1, 0, -spring, friction, 0, lag_1_s, 0, -lag_1_s}; // the sign of the friction is wrong
+        std::copy_n(stated, 9, J);
         return 0;
     };
     g.plant.outputs_jacobian = [](void*, double, const double*, const double*, const double*, double*) { return -1; };
@@ -522,7 +522,7 @@ TEST(Observer, FindsDerivativesThatLie) {
     EXPECT_FALSE(proof.exact);
     EXPECT_EQ(proof.row, 1);
     EXPECT_EQ(proof.column, 1);
-    EXPECT_EQ(proof.told, friction);
+    EXPECT_EQ(proof.stated, friction);
     EXPECT_NEAR(proof.measured, -friction, 1e-6);
     EXPECT_TRUE(lies.proof(HNAV_OUTPUTS_BY_STATES).offered);
     EXPECT_FALSE(lies.proof(HNAV_OUTPUTS_BY_STATES).exact);
@@ -541,7 +541,7 @@ TEST(Observer, RefusesAPlantThatRemembers) {
         return 0;
     };
     EXPECT_NE(g.refusal(HNAV_ERROR_UNSUPPORTED).find("remembers"), std::string::npos);
-    // What differs in the last digits alone is taken, and said.
+    // A difference in the last digits is accepted, with a message.
     g.plant.derivatives = [](void* c, double t_s, const double* x, const double* u, const double* p, double* dx) {
         van_der_pol(nullptr, t_s, x, u, p, dx);
         dx[1] *= 1 + 1e-15 * static_cast<Hostile*>(c)->calls++;
@@ -552,7 +552,7 @@ TEST(Observer, RefusesAPlantThatRemembers) {
     EXPECT_TRUE(Observer(oscillator()).info().repeatable);
 }
 
-// x' = -rate (x - cos t) + w: the sample of a second ago is forgotten, and x stands at cos t with a variance of q^2 / (2 rate).
+// x' = -rate (x - cos t) + w: a sample is forgotten after a second, and x stays at cos t with a variance of q^2 / (2 rate).
 TEST(Observer, AStiffPlantIsCrossedByAnImplicitSolver) {
     static double rate;
     for (const double of : {1e5, 1e7, 1e9}) {
@@ -594,7 +594,7 @@ TEST(Observer, AnIntervalThatTakesTooManyStepsIsGivenUp) {
     EXPECT_NE(observer.message().find("more than max_steps steps of the solver"), std::string::npos) << observer.message();
 }
 
-// Whatever is pushed and asked, in whatever order: every number that is shown is one, and a reset makes all as new.
+// After any calls in any order every shown number is finite, and a reset restores the initial state.
 TEST(Observer, RandomCallsLeaveASoundEstimate) {
     const auto samples = samples_of_linear(2);
     for (unsigned seed = 0; seed < 8; ++seed) {
@@ -630,7 +630,7 @@ TEST(Observer, RandomCallsLeaveASoundEstimate) {
     }
 }
 
-// An explicit step asks seven times, and a block of derivatives as often.
+// An explicit step has seven evaluations, and a block of derivatives as many.
 TEST(Observer, AsksNoMoreThanSevenTimesForAnInterval) {
     Given given = oscillator();
     given.plant.derivatives_jacobian = van_der_pol_jacobian;
@@ -711,7 +711,7 @@ TEST(Observer, AStiffIntervalAllocatesNothing) {
         EXPECT_EQ(hnav_filter_advance(observer, k), HNAV_OK);
     }
     heap::counting = false;
-    // Version 7 of SUNDIALS writes the text of an error to the heap, and gives it back: that the explicit method has given up, once.
+    // Version 7 of SUNDIALS allocates the text of an error on the heap and frees it: once, when the explicit method fails.
     EXPECT_EQ(heap::allocations, SUNDIALS_VERSION_MAJOR < 7 ? 0 : 1);
     EXPECT_EQ(heap::held, 0);
 #endif
@@ -769,7 +769,7 @@ TEST(Observer, AnswersBadCallsAndGoesOn) {
     EXPECT_EQ(hnav_filter_covariance(observer, nullptr), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_filter_advance(nullptr, 0), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(observer.info().non_finite, 2u);
-    // Before any sample the start is shown.
+    // Before any sample the initial estimate is shown.
     EXPECT_EQ(observer.x(), (Numbers{1, 0, 0.3}));
     EXPECT_FALSE(observer.info().begun);
     go_through(observer, samples_of_linear(1));

@@ -38,6 +38,17 @@ struct Chain final : Plant {
         if (secret) values[0] += 1e-3 * at.x[n - 1];
         return Answer::ok;
     }
+    Answer evaluate_points(Function function, const Points& at, double* values) override {
+        EXPECT_LE(at.count, sizes.points);
+        ++calls;
+        for (int k = 0; k < at.count; ++k) {
+            const Point one{at.t_s, at.x + k * sizes.states, at.u + k * sizes.inputs, at.p + k * sizes.parameters};
+            const Answer answer = evaluate(function, one, values + k * sizes.rows(function));
+            if (answer != Answer::ok) return answer;
+        }
+        std::fill_n(at.p, at.count * sizes.parameters, std::nan("")); // it may change them
+        return Answer::ok;
+    }
     bool offers(Function, Variable) const override { return false; }
     Answer jacobian(Function, const bool (&)[variables], const Point&, const Dependencies&, double*) override {
         return Answer::broken;
@@ -50,12 +61,13 @@ struct Chain final : Plant {
 
     bool declares = true, secret = false;
     double highest = HUGE_VAL;
-    int evaluations = 0;
+    int evaluations = 0, calls = 0;
 };
 
-// The chain with what linearises it.
+// The chain with its linearisation.
 struct Linearised {
-    explicit Linearised(int states, bool with_dependencies = true) : plant(states) {
+    explicit Linearised(int states, bool with_dependencies = true, int points = 0) : plant(states) {
+        plant.sizes.points = points;
         hnav::Arena count;
         const Problem counted(count, plant.sizes);
         Linearisation(count, counted);
@@ -83,6 +95,16 @@ struct Linearised {
         EXPECT_EQ(linearisation->jacobian(plant, function, at(), J.data()), Answer::ok);
         return J;
     }
+    // Values, then the Jacobian.
+    Numbers linearised(Function function) {
+        const int rows = plant.sizes.rows(function);
+        Numbers found(rows * (1 + problem->N), 0.0);
+        plant.evaluations = plant.calls = 0;
+        const auto answer = linearisation->linearise(plant, function, at(), found.data(), found.data() + rows);
+        EXPECT_EQ(answer.values, Answer::ok);
+        EXPECT_EQ(answer.jacobian, Answer::ok);
+        return found;
+    }
     Point at() const { return {0, x.data(), x.data() + problem->n, x.data() + problem->moving}; }
     bool prove(DerivativeProof* proof) {
         Numbers work(proof_doubles(*problem));
@@ -109,6 +131,28 @@ TEST(ObserverDerivatives, GroupsGiveWhatSingleColumnsGive) {
     other.linearisation->take_choices(*grouped.linearisation);
     EXPECT_EQ(other.jacobian(), J);
     EXPECT_EQ(other.plant.evaluations, 10);
+}
+
+TEST(ObserverDerivatives, ManyPointsInACallGiveTheSameBits) {
+    for (const bool declared : {true, false}) {
+        Linearised single(12, declared), many(12, declared, 31), few(12, declared, 4);
+        for (const Function f : {Function::derivatives, Function::outputs}) {
+            const Numbers expected = single.linearised(f);
+            EXPECT_EQ(single.plant.calls, 0);
+            EXPECT_EQ(many.linearised(f), expected);
+            EXPECT_EQ(many.plant.calls, 1);
+            EXPECT_EQ(many.plant.evaluations, single.plant.evaluations);
+            EXPECT_EQ(few.linearised(f), expected);
+            EXPECT_EQ(few.plant.calls, f == Function::derivatives && declared ? 5 : 15);
+        }
+    }
+}
+
+TEST(ObserverDerivatives, APointWithoutAnAnswerLeavesTheOthers) {
+    Linearised single(12), many(12, true, 31);
+    for (Linearised* of : {&single, &many}) of->plant.highest = of->x[11];
+    EXPECT_EQ(many.linearised(Function::derivatives), single.linearised(Function::derivatives));
+    EXPECT_EQ(many.plant.calls, 1);
 }
 
 TEST(ObserverDerivatives, NoRowHasTwoColumnsOfAGroup) {
@@ -155,7 +199,7 @@ TEST(ObserverDerivatives, AWrongDeclarationIsFoundAndNotUsed) {
         EXPECT_EQ(of.plant.evaluations, secret ? 2 * 15 : 10);
         if (!secret) continue;
         EXPECT_EQ(std::make_pair(block.row, block.column), std::make_pair(0, 11));
-        EXPECT_EQ(block.told, 0);
+        EXPECT_EQ(block.stated, 0);
         EXPECT_NEAR(block.measured, 1e-3, 1e-9);
         EXPECT_NEAR(J[11], 1e-3, 1e-9);
     }

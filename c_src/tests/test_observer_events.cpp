@@ -1,5 +1,5 @@
-// Plants with events of their own: the covariance goes through them, the estimate splits where they may have been, and the
-// same samples give the same bits whatever is asked for between.
+// Plants with events: the covariance passes through them, the estimate splits at uncertain events, and the same samples give
+// the same bits whatever is requested between them.
 #include "event_plants.hpp"
 #include "laws.hpp"
 
@@ -112,11 +112,11 @@ TEST(ObserverEvents, TheCovarianceAfterABounceIsThatOfTwentyThousandSamples) {
     for (int i = 0; i < 2; ++i) EXPECT_NEAR(observer.sigma()[i] / (centred.col(i).norm() / std::sqrt(n - 1.0)), 1, 0.03);
 }
 
-// Thrown up to a ceiling at 1 m that the mean just touches: half of what may be true hits it.
+// Thrown up to a ceiling at 1 m that the mean just touches: half of the distribution hits it.
 TEST(ObserverEvents, TheCovarianceOfABallThatGrazesIsThatOfTwentyThousandSamples) {
     constexpr double e = 0.7, T = 0.6;
     const double speed = std::sqrt(gravity); // from 0.5 m
-    // Where the mean hits, where it hardly misses, and where intervals are short.
+    // Where the mean hits, where it narrowly misses, and for short intervals.
     for (const double more : {0.0, 0.05, -0.05, 0.12})
         for (const int intervals : {1, 6}) {
             Given given = ball({0.5, speed + more}, {0.02, 0.1}, 0);
@@ -125,7 +125,7 @@ TEST(ObserverEvents, TheCovarianceOfABallThatGrazesIsThatOfTwentyThousandSamples
                 return 0;
             };
             given.plant.event = [](void*, double, const double* x, const double*, const double*, double* after) {
-                if (x[0] >= 1 && x[1] > 0) after[1] = -e * x[1] - 1; // a ceiling that throws back
+                if (x[0] >= 1 && x[1] > 0) after[1] = -e * x[1] - 1; // a ceiling that reflects
                 return 0;
             };
             given.sensor_sigma = {1e6};
@@ -144,7 +144,7 @@ TEST(ObserverEvents, TheCovarianceOfABallThatGrazesIsThatOfTwentyThousandSamples
             const Eigen::RowVector2d mean = X.colwise().mean();
             const Eigen::MatrixXd centred = X.rowwise() - mean;
             EXPECT_GT(observer.info().grazing, 0u);
-            // Each interval leaves of its points two parts by their moments alone.
+            // Each interval merges its points into two parts by their moments.
             const double near = intervals == 1 ? 0.03 : 0.06;
             for (int i = 0; i < 2; ++i) {
                 const double sigma = centred.col(i).norm() / std::sqrt(n - 1.0);
@@ -154,7 +154,7 @@ TEST(ObserverEvents, TheCovarianceOfABallThatGrazesIsThatOfTwentyThousandSamples
         }
 }
 
-// Two numbers rise to 1 together; each makes the other three times as fast when it is there. Which comes first is open.
+// Two numbers rise to 1 together; each triples the speed of the other when it arrives. Which arrives first is uncertain.
 TEST(ObserverEvents, TheCovarianceOfTwoGuardsCrossedTogetherIsThatOfTwentyThousandSamples) {
     struct Rates {
         double a = 1, b = 1;
@@ -272,7 +272,7 @@ TEST(ObserverEvents, StatesItsErrorsOfARelayWithHysteresis) {
     EXPECT_GT(all.parts / all.count, 1.1);
 }
 
-// The restitution is learnt from bounces: only the reset depends on it.
+// The restitution is estimated from bounces: only the reset depends on it.
 TEST(ObserverEvents, LearnsTheRestitutionOfABall) {
     double squares = 0, normalised = 0;
     const int runs = 40;
@@ -305,7 +305,7 @@ TEST(ObserverEvents, LearnsTheRestitutionOfABall) {
 
 namespace {
 
-// A plant and its samples, each plant with a memory of its own.
+// A plant and its samples; each plant has its own memory.
 struct Case {
     Case(bool heated, Numbers y, double interval_s) : is_heater(heated), samples(std::move(y)), interval_s(interval_s) {}
     Given given(double horizon_s = 0) {
@@ -415,7 +415,7 @@ TEST(ObserverEvents, ASnapshotIsGoneBackToAsOftenAsWantedBitForBit) {
 }
 
 TEST(ObserverEvents, TwoObserversOfOnePlantAreAsAlone) {
-    // One heater for both: each puts back what it remembers.
+    // One heater for both: each restores its own discrete state.
     Heater shared;
     const Numbers y = temperatures(3, 60);
     Heater own;
@@ -472,7 +472,7 @@ TEST(ObserverEvents, TimeBringsEventsToo) {
 }
 
 TEST(ObserverEvents, AnInputMayBeAnEvent) {
-    // A sample of the input above 0 sets x to 5 and turns the flow round.
+    // A sample of the input above 0 sets x to 5 and reverses the flow.
     Heater direction;
     Given given = direction.given();
     given.plant.n_inputs = 1;
@@ -496,7 +496,7 @@ TEST(ObserverEvents, AnInputMayBeAnEvent) {
     EXPECT_NEAR(observer.x()[0], -3 + 8 * std::exp(-1), 1e-6);
 }
 
-// A thermostat whose thermometer follows within ten microseconds: beside one that reads the temperature itself.
+// A thermostat whose thermometer has a time constant of ten microseconds, beside a thermostat that reads the temperature directly.
 TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
     Heater slow, lagging;
     Given plain = slow.given(), stiff = lagging.given();
@@ -520,7 +520,7 @@ TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
     for (int k = 0; k < 60; ++k) {
         use(reference, 0.1 * (k + 1), y[k]);
         use(observer, 0.1 * (k + 1), y[k]);
-        // Near a guard points go in place of the two parts of the other.
+        // Near a guard sigma points replace the two parts of the other.
         EXPECT_NEAR(observer.x()[0], reference.x()[0], 0.25 * reference.sigma()[0]) << k;
         EXPECT_NEAR(observer.sigma()[0] / reference.sigma()[0], 1, 0.15) << k;
     }
@@ -531,8 +531,8 @@ TEST(ObserverEvents, AStiffPlantGoesFromGuardToGuardByTheImplicitSolver) {
 
 // ------------------------------------------------------------------------------------------------ where events have no end
 
-// A third number follows the speed within a millisecond and less: along its slope just after a bounce it would be far away when the sample
-// comes.
+// A third number follows the speed with a time constant of a millisecond and less: extrapolated along its slope just after a
+// bounce it would be far off at the sample.
 TEST(ObserverEvents, AModeThatIsFastBesideItsSamplesFollowsThroughABounce) {
     static double rate;
     for (const double fast : {1e3, 1e4}) {
@@ -554,7 +554,7 @@ TEST(ObserverEvents, AModeThatIsFastBesideItsSamplesFollowsThroughABounce) {
             use(plain, t_s, y[k]);
             const Numbers x = observer.x(), sigma = plain.sigma();
             EXPECT_NEAR(x[1], plain.x()[1], 0.3 * sigma[1]) << fast << " " << k;
-            // It stays behind by g / rate, and by some of the bounce for some time constants, which its own sigma knows.
+            // It lags by g / rate, and for some time constants by part of the bounce, within its own sigma.
             EXPECT_NEAR(x[2], x[1], 3 * observer.sigma()[2] + gravity / fast) << fast << " " << k;
             furthest = std::max(furthest, observer.sigma()[2]);
             points = observer.info().grazing;
@@ -652,7 +652,7 @@ TEST(ObserverEvents, AnEventThatFailsIsHeldBefore) {
     EXPECT_EQ(observer.info().held, 1u);
     EXPECT_EQ(observer.info().dropped, 0u);
     EXPECT_EQ(observer.info().ready, 0);
-    EXPECT_GT(observer.sigma()[1], 3); // the event may have turned the ball round
+    EXPECT_GT(observer.sigma()[1], 3); // the event may have reversed the ball
     broken.on = 1;
     for (int k = 1; k <= 8; ++k) {
         const double t_s = 0.6 + 0.05 * k;
@@ -675,7 +675,7 @@ TEST(ObserverEvents, SaysWhatIsMissing) {
     refused("event", [](Given& g) { g.plant.event = nullptr; });
     refused("get_discrete", [](Given& g) { g.plant.get_discrete = nullptr; });
     refused("set_discrete", [](Given& g) { g.plant.set_discrete = nullptr; });
-    // A caller that was compiled before there were events.
+    // A caller compiled before events existed.
     Given old = ball();
     old.plant.size = offsetof(hnav_plant, n_indicators);
     Observer observer(old);

@@ -1,6 +1,6 @@
-// What faults of sensors and clocks cost an observer: a pendulum and a tank that drains, with noise, for a minute, five times each.
-// Laws: after so long the error stays below four sigma, it does not exceed five sigma while the estimate is said to be ready, at the
-// end the NEES is that of a run without the fault, and what happened is counted.
+// Effects of faults of sensors and clocks on an observer: a pendulum and a tank that drains, with noise, for a minute, five
+// times each. Laws: after the stated time the error stays below four sigma; it does not exceed five sigma while the estimate
+// is ready; at the end the NEES is that of a run without the fault; and the fault is counted.
 #include "laws.hpp"
 #include "observer.hpp"
 
@@ -60,13 +60,13 @@ struct Sample {
     double t_s, value;
 };
 
-// What a fault makes of the sample of t_s; NaN: there is none.
+// The sample of t_s under a fault; NaN: there is none.
 using Fault = std::function<Sample(double t_s, double value)>;
 using FaultOf = std::function<Fault(const Plant&)>;
 
 struct Outcome {
     double recovered_s = 0; // from then on the error is below four sigma
-    double lies = 0; // rows in which it was ready and further off than five sigma
+    double lies = 0; // rows that were ready with an error beyond five sigma
     double nees = 0; // mean over the last ten seconds, per state
     bool ready = false;
     hnav_observer_info info{};
@@ -141,7 +141,7 @@ TEST(ObserverFaults, NothingIsFoundWhereNothingIsWrong) {
 }
 
 TEST(ObserverFaults, ASpikeOfOneSampleIsAnOutlier) {
-    for (const double by : {3.0, 1e3, 1e200}) // the last has no square: its event is dropped
+    for (const double by : {3.0, 1e3, 1e200}) // the square of the last is not finite: its event is dropped
         on_both(
             "spike",
             [by](const Plant& p) {
@@ -163,7 +163,7 @@ TEST(ObserverFaults, AStepThatStaysIsBelieved) {
     EXPECT_GE(observer.info().outliers, 1u);
 }
 
-// At a level that hardly changes nothing shows that a sensor is stuck, but its samples bring nothing new.
+// At a nearly constant level a stuck sensor cannot be detected, but its samples carry no new information.
 TEST(ObserverFaults, AStuckSensorIsLeftOut) {
     for (const bool tank : {false, true}) {
         const auto stuck = [](const Plant&) {
@@ -179,7 +179,7 @@ TEST(ObserverFaults, AStuckSensorIsLeftOut) {
 
 TEST(ObserverFaults, ConstantSamplesWithoutNoiseAreNeitherStuckNorOutliers) {
     Given g = plant(true).given;
-    g.start = {4.0 / 9, 0}; // where as much comes as goes
+    g.start = {4.0 / 9, 0}; // where inflow and outflow are equal
     Observer observer(g);
     for (int k = 1; k <= 600; ++k) {
         ASSERT_EQ(hnav_observer_push(observer, 0, 0.1 * k, 4.0 / 9), HNAV_OK);
@@ -230,7 +230,7 @@ TEST(ObserverFaults, ARowThatComesTwiceCountsOnce) {
     EXPECT_EQ(once.P(), twice.P());
 }
 
-// Of a slow plant samples come once a minute: they are no stamps far ahead.
+// Samples of a slow plant arrive once a minute: their stamps are not implausibly far ahead.
 TEST(ObserverFaults, SlowSamplesAreAllUsed) {
     Observer observer(plant(true).given);
     for (const double t_s : {0.0, 60.0, 120.0, 180.0, 500.0, 560.0, 620.0}) {

@@ -13,7 +13,7 @@ using hnav::test::Observer;
 
 namespace {
 
-// A mass on a spring whose stiffness is learnt, and a push that nobody measures.
+// A mass on a spring with estimated stiffness, and an unmeasured push.
 int spring(void*, double, const double* x, const double* u, const double* p, double* dx) {
     dx[0] = x[1];
     dx[1] = -p[0] * x[0] - 0.3 * x[1] + u[0];
@@ -45,7 +45,7 @@ Given spring_with_everything() {
 
 double sample(double t_s) { return std::cos(2 * t_s) * std::exp(-0.15 * t_s) + 0.02 * std::sin(40 * t_s); }
 
-// Runge and Kutta's fourth order.
+// The classical Runge-Kutta method of order 4.
 void flow(hnav_filter* o, double interval_s, Numbers* x) {
     constexpr int steps = 50;
     const double h = interval_s / steps;
@@ -66,7 +66,7 @@ void flow(hnav_filter* o, double interval_s, Numbers* x) {
     }
 }
 
-// x' = -x, which wants an event at the end of a step below 0.5 and starts at 1 again there.
+// x' = -x, which requests an event at the end of a step below 0.5 and restarts at 1 there.
 struct WithWish final : hnav::observer::Plant {
     using Point = hnav::observer::Point;
     using Answer = hnav::observer::Answer;
@@ -96,7 +96,7 @@ struct WithWish final : hnav::observer::Plant {
     void destroy() override {}
 };
 
-// A filter of it, begun at 0 s.
+// A filter of it, started at 0 s.
 struct OfWish {
     OfWish() {
         using namespace hnav::observer;
@@ -228,7 +228,7 @@ TEST(ObserverHybrid, WhatCannotBeIsRefused) {
     EXPECT_EQ(hnav_filter_get_x(o, nullptr), HNAV_ERROR_NULL_ARGUMENT);
     EXPECT_EQ(hnav_filter_nx(nullptr, &nx), HNAV_ERROR_NULL_ARGUMENT);
 
-    // A plant that breaks costs the samples of the jump and no more.
+    // A plant that fails loses the samples of the jump only.
     Given breaks = spring_with_everything();
     breaks.plant.outputs = [](void*, double t_s, const double* x, const double*, const double*, double* y) {
         y[0] = x[0];
@@ -241,7 +241,7 @@ TEST(ObserverHybrid, WhatCannotBeIsRefused) {
     EXPECT_EQ(broken.info().dropped, 1u);
 }
 
-// A bounce at a guard that the integrator has found: its closed form, then a sample.
+// A bounce at a guard found by the integrator: its closed form, then a sample.
 TEST(ObserverHybrid, EventsOfThePlantAreJumps) {
     Given given = hnav::test::event_plants::ball({1, 0}, {0.02, 0.1}, 0);
     Observer o(given);
@@ -264,7 +264,7 @@ TEST(ObserverHybrid, EventsOfThePlantAreJumps) {
     ASSERT_EQ(hnav_filter_jump(o, bounce_s, x.data(), x.data()), HNAV_OK);
     EXPECT_EQ(o.info().plant_events, 1u);
     EXPECT_NEAR(x[1], -e * speed, 1e-9);
-    // Again: nothing is left to be done.
+    // Again: nothing remains to be done.
     Numbers again(nx);
     ASSERT_EQ(hnav_filter_jump(o, bounce_s, x.data(), again.data()), HNAV_OK);
     EXPECT_EQ(again, x);

@@ -1,4 +1,4 @@
-// Options from outside: stamps that tell who made them, and fields that are read and written by their rows.
+// Options through the C API: stamps that identify their version, and fields that are read and written by their rows.
 #include "hnav/hnav.h"
 
 #include <gtest/gtest.h>
@@ -10,13 +10,13 @@
 
 namespace {
 
-// What create says of options, and with which status.
+// The message and status of create for options.
 struct Answer {
     hnav_status status;
     std::string message;
 };
 
-// Each kind of options: made, changed and handed to what needs them.
+// Each kind of options: created, changed and passed to its object.
 template <class Options>
 struct Kind {
     std::function<Options()> defaults;
@@ -134,7 +134,7 @@ const Kind<hnav_aircraft_options> aircraft = {
     },
     "aircraft", "hnav_aircraft_defaults"};
 
-// The answer of a plant: what decays.
+// A plant for the create call: exponential decay.
 int decay(void*, double, const double* x, const double*, const double*, double* dx) {
     dx[0] = -x[0];
     return 0;
@@ -209,7 +209,7 @@ TEST(Options, OfAnotherVersionAreRefusedWithBothVersions) {
         options.size += 8;
         EXPECT_EQ(kind.answer(options).status, HNAV_ERROR_OPTIONS_STAMP);
         options = kind.defaults();
-        options.stamp += 1; // a patch changes no options
+        options.stamp += 1; // a patch release changes no options
         EXPECT_EQ(kind.answer(options).status, HNAV_OK);
     });
 }
@@ -276,7 +276,7 @@ TEST(Options, HaveNoComponentBeyondTheLast) {
     EXPECT_EQ(hnav_set_option_value(row, nullptr, 0, 0), HNAV_ERROR_NULL_ARGUMENT);
 }
 
-// One component outside its range after the other.
+// Each component in turn outside its range.
 template <class Options>
 void refuse_beyond(const Kind<Options>& kind) {
     for (int k = 0; const hnav_option_info* row = hnav_option(kind.list, k); ++k) {

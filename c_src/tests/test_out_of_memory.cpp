@@ -1,5 +1,5 @@
-// Out of memory: whichever request has no answer, the call says OUT_OF_MEMORY, gives back all that it had, makes nothing and
-// writes nothing. The next call has what it needs and does its work.
+// Out of memory: whichever request fails, the call returns OUT_OF_MEMORY, frees all that it had, creates nothing and writes
+// nothing. The next call succeeds.
 #include "hnav/hnav.h"
 
 #include "counted_heap.hpp"
@@ -18,7 +18,7 @@
 
 namespace {
 
-// A call that takes memory of the heap.
+// A call that allocates from the heap.
 struct Call {
     std::string name;
     std::function<hnav_status(char* message, std::size_t size)> make;
@@ -130,7 +130,7 @@ std::vector<Call> plants() {
             })};
 }
 
-// Directions all around, seen through an offset.
+// Directions on all sides, measured with an offset.
 Call calibration() {
     std::mt19937 engine(1);
     std::normal_distribution<double> normal;
@@ -202,7 +202,7 @@ Call navigation_smoother() {
             }};
 }
 
-// How often the call asks the heap when every request is answered.
+// Number of heap requests of the call when every request succeeds.
 long requests_of(const Call& call) {
     char message[320] = "";
     heap::allocations = heap::refused = heap::held = 0;

@@ -1,5 +1,5 @@
-// Faults of sensors and clocks, seen from the interface: the attitude comes back within seconds, and until then nothing that
-// is wrong is called ready.
+// Faults of sensors and clocks through the C API: the attitude recovers within seconds, and no wrong attitude is ready until
+// then.
 #include "hnav/hnav.h"
 #include "maths/rotation.hpp"
 
@@ -35,7 +35,7 @@ public:
     Hand(const Hand&) = delete;
     ~Hand() { hnav_filter_destroy(filter_); }
 
-    // Goes on for so long; the mean rate of an interval is that of the sample at its end.
+    // Continues for so long; the mean rate of an interval is that of the sample at its end.
     void run(double duration_s) {
         for (const double end_s = t_s_ + duration_s; t_s_ < end_s; t_s_ += interval_s) {
             const Vector3 rate(std::sin(1.3 * t_s_), 0.8 * std::cos(0.9 * t_s_), 0.7 * std::sin(0.5 * t_s_));
@@ -58,8 +58,9 @@ public:
 
     double tilt_error() const {
         const Vector3 down(0, 0, 1);
-        const Vector3 told = rotation_matrix(q_of(attitude())).transpose() * down, truth = rotation_matrix(q_).transpose() * down;
-        return std::acos(std::fmin(1.0, told.dot(truth)));
+        const Vector3 estimated = rotation_matrix(q_of(attitude())).transpose() * down,
+                      truth = rotation_matrix(q_).transpose() * down;
+        return std::acos(std::fmin(1.0, estimated.dot(truth)));
     }
 
     hnav_attitude attitude() const {
@@ -89,7 +90,7 @@ public:
     }
 
     bool damaged = false;
-    int rows = 0, falsely_ready = 0; // called ready with an error above 5 deg and 5 sigma
+    int rows = 0, falsely_ready = 0; // ready with an error above 5 deg and 5 sigma
 
 private:
     static Quaternion q_of(const hnav_attitude& a) { return Quaternion(a.q_nb); }
@@ -117,7 +118,7 @@ struct Fault {
     double duration_s;
     std::function<void(Sample&)> damage;
     hnav_sensor sensor;
-    hnav_sensor_state state; // that it leaves at its end
+    hnav_sensor_state state; // the offset at its end
 };
 
 const Fault faults[] = {
@@ -152,7 +153,7 @@ TEST(Recovery, TheTiltIsBackWithinSecondsOfAnyFault) {
         }
 }
 
-// A magnetometer whose x and y change their signs, a steady magnet that turns with the body: its strength tells nothing.
+// A magnetometer whose x and y axes are negated, a constant magnet that turns with the body: the strength does not change.
 TEST(Recovery, AHeadingThatTheFieldSpeaksAgainstIsNotReady) {
     for (const bool ahrs : {true, false}) {
         SCOPED_TRACE(ahrs ? "ahrs" : "hrekf");
@@ -171,7 +172,7 @@ TEST(Recovery, AHeadingThatTheFieldSpeaksAgainstIsNotReady) {
     }
 }
 
-// The samples of a body that turns cease: what is shown later is known less and less, and nobody is to rely on it.
+// The samples of a turning body end: the stated sigma grows, and the estimate is no longer ready.
 TEST(Recovery, AnEstimateThatNoSampleTouchesGrowsUncertain) {
     for (const bool ahrs : {true, false}) {
         SCOPED_TRACE(ahrs ? "ahrs" : "hrekf");
@@ -190,7 +191,7 @@ TEST(Recovery, AnEstimateThatNoSampleTouchesGrowsUncertain) {
     }
 }
 
-// An integrator outside shows times between events: flags and words wait for the next event, as its rules ask for.
+// A caller's integrator shows times between events: flags and health change at the next event, as the rules of FMI require.
 TEST(Recovery, WhatIsNotContinuousChangesAtEventsOnly) {
     for (const bool ahrs : {true, false}) {
         Hand hand(ahrs, [](Sample&) {});
@@ -222,7 +223,7 @@ TEST(Recovery, AGapInWhichTheBodyTurnedIsFoundOut) {
     }
 }
 
-// Without a magnetometer's word after the gap: what the rate may have done in it is known by how it changed before.
+// Without a magnetometer after the gap: the variance of the rotation in the gap follows from how the rate changed before.
 TEST(Recovery, AfterAShortGapTheHeadingIsAsUncertainAsTheRateWasRestless) {
     const auto added = [](double restless_rad_s) {
         hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);

@@ -164,7 +164,7 @@ TEST(NoiseAdaptation, TheCorrectedFormStaysWithinItsBounds) {
     w.add(60, 10, Vector3::Zero(), -1);
     s.min = 0;
     s.gain = 1;
-    EXPECT_NEAR(w.factor(s, 1e-3), 0.05, 1e-12); // no further in one window
+    EXPECT_NEAR(w.factor(s, 1e-3), 0.05, 1e-12); // no further within one window
 }
 
 // With corrections of exactly the expected size, |sum K0 nu|^2 = tr(P- - P0+) summed, and P- = P+_{k-1} + Q T.

@@ -1,4 +1,4 @@
-// Saved states of every object of the C API: what is not whole, or not this object's, is never loaded.
+// Saved states of every object of the C API: an incomplete state, or one of another object, is never loaded.
 #include "base/saved_state.hpp"
 #include "hnav/hnav.h"
 #include "hnav/simulation.h"
@@ -16,7 +16,7 @@ namespace {
 
 using Bytes = std::vector<unsigned char>;
 
-// One object behind the calls that save and load it. step: goes on, so that a wrong load would show.
+// An object behind the calls that save and load it. step: changes it, so that a wrong load is visible.
 struct Object {
     std::string name;
     std::shared_ptr<void> life;
@@ -229,8 +229,8 @@ TEST(SavedStates, ThoseOfALaterVersionAreAnsweredAsOfAnotherVersion) {
     }
 }
 
-// The first bytes and the sizes of states that hnav 0.1.0 saved: of the filters with a queue of 64 instants, of the others
-// with one state.
+// The first bytes and the sizes of states saved by hnav 0.1.0: of the filters with a queue of 64 instants, of the others with
+// one state.
 TEST(SavedStates, ThoseOfVersion01AreAnsweredAsOfAnotherVersion) {
     const struct {
         unsigned char start[8];
@@ -240,12 +240,12 @@ TEST(SavedStates, ThoseOfVersion01AreAnsweredAsOfAnotherVersion) {
                {{0x68, 0x6e, 0x61, 0x76, 0x63, 0x6f, 0x6c, 0x00}, 192},    // INS error filter
                {{0x68, 0x6e, 0x61, 0x76, 0x63, 0x72, 0x00, 0x00}, 1312},   // aircraft
                {{0x48, 0x4e, 0x41, 0x56, 0x49, 0x4d, 0x53, 0x31}, 8656}};  // inertial and magnetic sensor
-    std::vector<Object> present = objects(); // those that came later stand behind
+    std::vector<Object> present = objects(); // those added later are at the end
     for (std::size_t i = 0; i < std::size(old); ++i) {
         Bytes buffer(old[i].size);
         std::copy(std::begin(old[i].start), std::end(old[i].start), buffer.begin());
         EXPECT_EQ(present[i].load_all(buffer), HNAV_ERROR_STATE_VERSION) << present[i].name;
-        // Nor does a size that happens to fit make them damaged.
+        // A size that fits by chance does not make them "damaged".
         buffer.resize(present[i].saved().size());
         EXPECT_EQ(present[i].load_all(buffer), HNAV_ERROR_STATE_VERSION) << present[i].name;
     }

@@ -1,4 +1,4 @@
-// What the samples of one sensor tell about its health.
+// The health of one sensor from its samples.
 #include "signals/gaps.hpp"
 #include "signals/sensor_check.hpp"
 
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double interval_s = 0.01;
 
-// A gyroscope with noise in a hand that turns; `noise` 0 is a simulated one.
+// A noisy gyroscope in a hand that turns; `noise` 0 is a simulated one.
 class Gyro {
 public:
     explicit Gyro(double noise = 0.003) : noise_(noise) {}
@@ -60,7 +60,7 @@ TEST(SensorCheck, ASpikeIsAnOutlierAndAStepIsNot) {
     EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::outlier);
     EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none);
     EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::outlier);
-    EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::none); // a second one beside it is believed
+    EXPECT_EQ(gyro.take(gyro.sample() + far), SensorFault::none); // a second one beside it is accepted
     EXPECT_EQ(gyro.check.outliers, 2u);
 }
 
@@ -84,7 +84,7 @@ TEST(SensorCheck, AnAxisThatRepeatsIsStuckWhileTheBodyMoves) {
         EXPECT_EQ(fault, moves ? SensorFault::stuck : SensorFault::none);
         EXPECT_EQ(gyro.check.is_at_fault(2), moves);
         EXPECT_FALSE(gyro.check.is_at_fault(0));
-        EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none); // and is well again with the first that differs
+        EXPECT_EQ(gyro.take(gyro.sample()), SensorFault::none); // and recovers with the first different value
     }
 }
 
@@ -188,5 +188,5 @@ TEST(SensorCheck, WhatAFaultyAxisMissedGrowsWithTime) {
         variance += gyro.check.lost_rotation(1, interval_s, gyro.check.since_s + 1);
         EXPECT_EQ(gyro.check.lost_rotation(0, interval_s, 0), 0);
     }
-    EXPECT_GT(variance, 1); // rad^2 within a second: nothing is known of the turn
+    EXPECT_GT(variance, 1); // rad^2 within a second: the rotation is unknown
 }

@@ -1,4 +1,4 @@
-// Laws of what makes intervals of raw samples: checks that look at three sensors together, the held sample, gaps, rest.
+// Laws of the intervals of raw samples: checks of three sensors together, the held sample, gaps, rest.
 #include "laws.hpp"
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
@@ -160,7 +160,7 @@ TEST(HeldSample, VibrationIsTheVarianceOfWhiteSamplesAndNoneOfASmoothMotion) {
     EXPECT_LT(smooth.vibration_force2, 1e-6);
 }
 
-// Before the first sample there was none for ever: an interval without end, which has no second difference.
+// Before the first sample there was none at any time: an infinite interval, which has no second difference.
 TEST(HeldSample, TheFirstSamplesShowNoVibration) {
     HeldSample held;
     held.begin();

@@ -48,7 +48,7 @@ hnav_turntable_options tumbling() {
     return o;
 }
 
-// A level body at rest, the least that a sensor can see.
+// A level body at rest, the smallest possible readings.
 hnav_truth rest() {
     auto truth = hnav_sized<hnav_truth>();
     truth.q_nb[0] = 1;
@@ -519,7 +519,7 @@ TEST(ImuMagSensor, JitterMovesSamplesWithinItsBoundsAndLosesNone) {
         if (gyro.count == count) continue;
         const double moved = gyro.t_meas_s - 0.01 * static_cast<double>(count);
         count = gyro.count;
-        if (count == 1) continue; // nothing can be taken before the start
+        if (count == 1) continue; // no sample before the start
         largest = std::fmax(largest, std::fabs(moved));
         square += moved * moved;
     }

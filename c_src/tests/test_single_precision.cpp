@@ -1,4 +1,4 @@
-// The attitude filters in single precision, for processors without another: the same sources with HNAV_SCALAR = float, beside
+// The attitude filters in single precision, for processors without double: the same sources with HNAV_SCALAR = float, beside
 // the double ones on the same samples.
 #include "ahrs.hpp"
 #include "hrekf.hpp"
@@ -11,7 +11,7 @@ namespace {
 constexpr double deg = M_PI / 180;
 constexpr double interval_s = 0.005;
 
-// Goes on for `legs` seconds; each second the axis of the turn is another, so that every bias shows.
+// Continues for `legs` seconds; each second the axis of the rotation changes, so that every bias is observable.
 template <class Step>
 Quaternion tumble(int legs, const Vector3& bias, Step&& step) {
     Turning motion;
@@ -36,10 +36,10 @@ void take(const Model& model, typename Model::State& s, const AttitudeEvent& eve
 }
 
 struct Difference {
-    double attitude_rad = 0, bias_rad_s = 0, sigma = 0; // the largest met; of sigma its share
+    double attitude_rad = 0, bias_rad_s = 0, sigma = 0; // largest difference; of sigma relative
 };
 
-// Both on the same samples: how far apart, and how far the single one ends from the truth.
+// Both on the same samples: their largest difference, and the final error of the single one.
 template <class Single, class Double>
 Difference run_both(const Single& single, const Double& twice, int legs, const Vector3& bias, double* error_rad) {
     auto s = state_at_start(single);
@@ -62,7 +62,7 @@ Difference run_both(const Single& single, const Double& twice, int legs, const V
     return most;
 }
 
-// What is asked for lies a few times above what was found: 5e-4 deg, 2e-6 rad/s and a ten-thousandth of a sigma.
+// The limits are a few times the measured values: 5e-4 deg, 2e-6 rad/s and a ten-thousandth of a sigma.
 void expect_near(const Difference& most) {
     EXPECT_LT(most.attitude_rad, 2e-3 * deg);
     EXPECT_LT(most.bias_rad_s, 1e-5);

@@ -64,7 +64,7 @@ TEST(Sized, AnOlderCallerGetsTheFieldsThatItKnowsAndNothingBehindThem) {
 
 // ------------------------------------------------------------------------------------------------ every call
 
-// call: takes a pointer to the struct and answers what it says. message: of the last failure.
+// call: takes a pointer to the struct and returns its status. message: of the last failure.
 template <class Struct, class Call, class Message>
 void refuses_unknown_sizes(const char* type, const Struct& good, Call&& call, Message&& message) {
     Struct given = good;

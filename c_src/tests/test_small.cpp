@@ -1,5 +1,5 @@
-// The small build: the answers of the library by the closed form, in the caller's memory, with nothing from the heap. The library
-// stands beside it, loaded from its file: both have the same names.
+// The small build: the same answers as the library's closed form, in the caller's memory, without the heap. The library is
+// loaded from its file at run time, because both have the same names.
 #include "hnav/hrekf.h"
 
 #include "counted_heap.hpp"
@@ -43,7 +43,7 @@ struct Hrekf {
     static auto create_of_library() { return OF_LIBRARY(hnav_hrekf_create); }
 };
 
-// What is shown, as numbers; both builds fill it by their own functions.
+// The outputs as numbers; each build fills them by its own functions.
 struct Shown {
     hnav_attitude attitude;
     double rate[3], bias[3], bias_sigma[3], covariance[36];
@@ -64,7 +64,7 @@ void expect_near(const double* a, const double* b, int count, double scale, cons
     for (int i = 0; i < count; ++i) EXPECT_NEAR(a[i], b[i], 1e-11 * scale) << what << " " << i << " at sample " << k;
 }
 
-// A body that tumbles, with the samples of a moment.
+// A body that tumbles, with its samples at an instant.
 struct Moment {
     double t_s, rate[3], force[3], field[3];
     explicit Moment(int k) : t_s(interval_s * k) {
@@ -100,7 +100,7 @@ protected:
 using Filters = testing::Types<Ahrs, Hrekf>;
 TYPED_TEST_SUITE(Small, Filters, );
 
-// Samples of all sensors, a gap, a body that hits something, one aid and shown times in between and ahead.
+// Samples of all sensors, a gap, an impact, one aid, and shown times between and ahead.
 template <class Push>
 void stream(int k, Push&& push) {
     Moment m(k);
@@ -213,7 +213,7 @@ TYPED_TEST(Small, RefusesWhatItDoesNotHave) {
     EXPECT_EQ(TypeParam::bytes(&this->options), 0u);
 }
 
-// Events that wait: as many as the queue has places, late ones within the horizon, and too many.
+// Waiting events: as many as the queue has places, late ones within the horizon, and too many.
 TYPED_TEST(Small, HoldsAsManyWaitingInstantsAsItsQueue) {
     this->options.horizon_s = 0.1;
     ASSERT_EQ(this->make(), HNAV_OK);

@@ -1,4 +1,4 @@
-// Laws of the smoother: what two estimates make together, and the passes over a recording.
+// Laws of the smoother: the combination of two estimates, and the passes over a recording.
 #include "attitude/common/smoother.hpp"
 #include "laws.hpp"
 
@@ -13,7 +13,7 @@ PassEstimate estimate(test::Random& random) {
     return {random.quaternion(), random.covariance<3>(1e-4), random.vector(0.01), Vector3(1e-6, 4e-6, 9e-6), true, true, true};
 }
 
-// Writes down what the smoother asks of it.
+// Records the calls of the smoother.
 struct Log {
     struct Row {
         std::size_t row;
@@ -41,7 +41,7 @@ struct Log {
     }
     void record(std::size_t row) { recorded.push_back(row); }
     void write(std::size_t row, const PassEstimate& e) {
-        EXPECT_LT(distance(e.bias, Vector3::Ones()), 1e-15); // that of the pass backwards comes with its sign changed back
+        EXPECT_LT(distance(e.bias, Vector3::Ones()), 1e-15); // that of the backward pass has its sign changed back
         written.push_back(row);
     }
 };
@@ -85,7 +85,7 @@ TEST(Fusion, OfTwoThatDisagreeIsAsUncertainAsTheyAreApart) {
 TEST(Fusion, IsReadyWhereTheEstimateIsThatKnowsTheAngleBetter) {
     test::Random random(3);
     PassEstimate a = estimate(random), b = a;
-    b.rotation_covariance.diagonal() += Vector3(1e-4, 0, -1e-6); // a knows the tilt better, b the heading
+    b.rotation_covariance.diagonal() += Vector3(1e-4, 0, -1e-6); // a has the better tilt, b the better heading
     for (const bool tilt : {false, true})
         for (const bool heading : {false, true}) {
             a.tilt_ready = tilt;
@@ -101,7 +101,7 @@ TEST(Fusion, IsReadyWhereTheEstimateIsThatKnowsTheAngleBetter) {
 
 namespace {
 
-// A smoothed heading that departs from the filter's by so many of the filter's sigmas, for ten seconds.
+// A smoothed heading that departs from the filter's by a multiple of the filter's sigma, for ten seconds.
 bool less_likely(double sigmas) {
     test::Random random(5);
     const PassEstimate filter = estimate(random);
@@ -155,7 +155,7 @@ TEST(Smoother, GoesForwardAndTwiceThereAndBackAndWritesInTheLastPass) {
         }
 }
 
-// Held forward, the rate of row i stands for the interval from i to i + 1: on the way back it comes with row i + 1.
+// Held forward, the rate of row i acts over the interval from i to i + 1: in the backward pass it belongs to row i + 1.
 TEST(Smoother, ARateStandsForTheSameIntervalInBothSensesOfTime) {
     Log forward, backward;
     backward.backward = true;

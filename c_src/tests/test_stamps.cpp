@@ -1,4 +1,4 @@
-// From stamps to the time of a filter: bursts, clocks that are set, stamps beyond belief.
+// From stamps to the time of a filter: bursts, clocks that are set, implausible stamps.
 #include "hybrid/stamps.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Objects share nothing: eight threads, each with filters of its own, reach the same bits as one thread alone. Run it
-// under the thread sanitizer (preset tsan) to see that nothing is shared, not even what happens to agree.
+// Objects share nothing: eight threads, each with its own filters, give the same bits as one thread alone. Under the thread
+// sanitizer (preset tsan) it also proves that no memory is shared.
 #include "hnav/hnav.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 constexpr int threads = 8;
 constexpr int samples = 300;
 
-// Everything that one thread does, from create to destroy: motion that differs by thread. The saved states at the end.
+// The work of one thread, from create to destroy: motion that differs by thread. Returns the saved states at the end.
 template <class Options>
 std::vector<unsigned char> life_of_a_filter(hnav_status (*create)(hnav_filter**, const Options*, char*, size_t), Options options,
                                             int solver, int thread) {
@@ -80,5 +80,5 @@ TEST(Threads, EightOfThemGiveTheBitsOfOne) {
     for (int i = 0; i < threads; ++i) running.emplace_back([i, &together] { together[i] = all_lives(i); });
     for (std::thread& t : running) t.join();
     for (int i = 0; i < threads; ++i) EXPECT_EQ(together[i], alone[i]) << "thread " << i;
-    EXPECT_NE(alone[0], alone[1]); // so that equality means something
+    EXPECT_NE(alone[0], alone[1]); // so that equality is significant
 }

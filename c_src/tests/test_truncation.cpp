@@ -1,4 +1,4 @@
-// A Gaussian that bounds cut, beside sums over its density.
+// A Gaussian truncated by bounds, against sums over its density.
 #include "estimation/truncation.hpp"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace hnav {
 namespace {
 
-// By so many points between the bounds, or as far as there is anything.
+// With so many points between the bounds, or where the density is not negligible.
 CutNormal summed(double a, double b) {
     constexpr int points = 2000000;
     const double first = std::max(a, b < -9 ? b - 5 : -9.0), last = std::min(b, a > 9 ? a + 5 : 9.0);
@@ -48,7 +48,7 @@ TEST(Truncation, has_a_mean_within_the_bounds_however_far_they_are) {
     }
 }
 
-// x0 of two that are correlated is known to be positive: x1 follows, and its own variance falls by what x0 has lost.
+// x0 of two correlated numbers is known to be positive: x1 follows, and its variance decreases by the decrease of that of x0.
 TEST(Truncation, takes_what_is_correlated_along) {
     const double low[] = {0, -HUGE_VAL}, high[] = {HUGE_VAL, HUGE_VAL};
     double X[] = {0, 5}, P[] = {4, 3, 3, 9};

@@ -1,4 +1,4 @@
-// The oscillator of van der Pol, its damping 1, as functions of a plant: x (2) its place and speed, one output, its place.
+// Van der Pol's oscillator with damping 1 as functions of a plant: x (2) position and speed, one output, the position.
 #pragma once
 
 namespace hnav::test {

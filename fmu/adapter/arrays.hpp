@@ -1,5 +1,5 @@
-// Rows that are the elements of one array: NAME[1], NAME[2], ... or NAME[1,1], NAME[1,2], ... one after the other. An FMU whose
-// ModelInfo says arrays shows them as one variable of FMI 3.
+// Consecutive rows that form one array: NAME[1], NAME[2], ... or NAME[1,1], NAME[1,2], ... With ModelInfo::arrays, FMI 3
+// declares such an array as one variable.
 #pragma once
 
 #include "adapter/variable.hpp"
@@ -8,7 +8,7 @@
 
 namespace hnav::fmu {
 
-// A name taken apart: base[i] or base[i,j], and what follows, as the bracket of der(q[1]).
+// A name in parts: base[i] or base[i,j], and what follows, such as the bracket of der(q[1]).
 struct ElementName {
     char base[64] = "";
     int i = 0, j = 0; // 0: has none
@@ -25,7 +25,7 @@ struct ElementName {
     bool follows(const ElementName& first) const { return i > 0 && !begins() && std::strcmp(base, first.base) == 0; }
 };
 
-// How many rows the variable has that begins at a row: 1 for a scalar, 0 for a row inside an array.
+// Number of rows of the variable that begins at a row: 1 for a scalar, 0 for a row inside an array.
 inline int rows_of_variable(const Table& table, int row) {
     const ElementName first(table[row].name);
     if (first.i == 0) return 1;
@@ -35,8 +35,8 @@ inline int rows_of_variable(const Table& table, int row) {
     return count;
 }
 
-// Value references count the variables from 1, in their order: OMSimulator takes those of FMI 3 for positions. The reference of the
-// variable that begins at a row.
+// Value reference of the variable that begins at a row. The variables are numbered from 1 in their order, because OMSimulator
+// treats value references of FMI 3 as positions.
 inline int reference_of(const Table& table, int row, bool arrays) {
     if (!arrays) return row + 1;
     int count = 0;
@@ -44,7 +44,7 @@ inline int reference_of(const Table& table, int row, bool arrays) {
     return count;
 }
 
-// n x n in the order that FMI has, row by row; 0 for what is shown as a vector: a triangle, or column by column.
+// n x n in the row-by-row order of FMI; 0 for an array declared as a vector, such as a triangle or a matrix column by column.
 inline int matrix_size(const Table& table, int row, int count) {
     const ElementName last(table[row + count - 1].name);
     if (count < 2 || last.i * last.j != count) return 0;

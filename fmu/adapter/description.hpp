@@ -1,5 +1,4 @@
-// What describes an FMU, written from its table. Nothing in it depends on the day or the machine but the date of
-// SOURCE_DATE_EPOCH: equal sources give equal bytes.
+// Writes what describes an FMU from its table. Equal sources give equal bytes: no date except SOURCE_DATE_EPOCH enters.
 #pragma once
 
 #include "adapter/arrays.hpp"
@@ -12,9 +11,9 @@ struct Writer {
     bool fmi3;
     const Table& table;
 
-    // Rows of the variable that begins at a row, 0 inside of one.
+    // Number of rows of the variable that begins at a row, 0 inside an array.
     int rows(int row) const { return model_info.arrays ? rows_of_variable(table, row) : 1; }
-    // Of the variable that begins at a row. In FMI 2 its position too.
+    // Value reference of the variable that begins at a row. In FMI 2 also its position.
     int reference(int row) const { return reference_of(table, row, model_info.arrays); }
     // The name of the variable that begins at a row.
     void name(int row, char (&name)[64]) const {
@@ -23,7 +22,7 @@ struct Writer {
 
     void text(const char* s) const { std::fputs(s, file); }
 
-    // The shortest text that reads as the same number.
+    // The shortest text that parses to the same number.
     void number(double value) const {
         char shortest[32];
         if (value == std::floor(value) && std::fabs(value) < 1e10) {
@@ -37,7 +36,7 @@ struct Writer {
         text(shortest);
     }
 
-    // Text of an attribute or element.
+    // Escaped text of an attribute or element.
     void escaped(const char* s) const {
         for (; *s; ++s) switch (*s) {
             case '<': text("&lt;"); break;
@@ -65,16 +64,16 @@ struct Writer {
 const char* type_element(Type type, bool fmi3);
 const char* name_of(Causality causality);
 
-// Of parameters and inputs the start value is the importer's to set.
+// The importer may set the start values of parameters and inputs.
 inline bool has_start(const Variable& v) {
     return v.type != Type::clock && (v.causality == Causality::parameter || v.causality == Causality::input);
 }
 
 void write_model_description(const Writer& w, const char* version);
 void write_terminals(const Writer& w);
-// Of FMI 3, where the archive holds sources.
+// The build description of FMI 3, for an archive with sources.
 void write_build_description(const Writer& w);
-// The run that answers the example input, null when the FMU has none, and its text.
+// The outputs for the example input as CSV text; null if the FMU has no example.
 bool write_reference(const Writer& w, FILE* input);
 void write_reference_manifest(const Writer& w);
 void write_reference_experiment(const Writer& w, bool has_input);

@@ -1,4 +1,4 @@
-// The terminals, and the page that people read.
+// Writes the terminals and documentation/index.html.
 #include "adapter/description.hpp"
 #include "adapter/units.hpp"
 
@@ -7,7 +7,7 @@
 namespace hnav::fmu {
 namespace {
 
-// The part of a name before the first dot, and a null dot for a name without one.
+// The part of a name before the first dot, and a pointer to the dot; null for a name without one.
 struct Prefix {
     char text[64];
     const char* dot;
@@ -17,7 +17,7 @@ struct Prefix {
     bool operator==(const Prefix& other) const { return std::strcmp(text, other.text) == 0; }
 };
 
-// Nothing connects to statistics.
+// Statistics are not part of a terminal.
 bool plugged(const Variable& v) {
     const Prefix prefix(v);
     return (v.causality == Causality::input || v.causality == Causality::output) && prefix.dot &&
@@ -26,8 +26,8 @@ bool plugged(const Variable& v) {
 
 } // namespace
 
-// Inputs or outputs that share the part of the name before the dot are one plug: gyro, accel, mag, att, post. The outputs of
-// a plant bear the names of a filter's inputs, so that plugs fit.
+// Inputs or outputs with the same prefix before the dot form one terminal: gyro, accel, mag, att, post. Outputs of a plant
+// have the names of a filter's inputs, so that their terminals match.
 void write_terminals(const Writer& w) {
     w.text(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiTerminalsAndIcons fmiVersion=\"3.0\">\n"
@@ -58,7 +58,7 @@ void write_terminals(const Writer& w) {
 
 namespace {
 
-// As people read it; all digits stand in modelDescription.xml.
+// Rounded for readers; modelDescription.xml has all digits.
 void write_number(const Writer& w, double value) { std::fprintf(w.file, value == std::floor(value) ? "%.10g" : "%.6g", value); }
 
 void write_value(const Writer& w, const Variable& v, double value) {
@@ -67,7 +67,7 @@ void write_value(const Writer& w, const Variable& v, double value) {
     else write_number(w, value);
 }
 
-// The unit, and what it is displayed in, with the factor between the two.
+// The unit, its display unit, and the factor between the two.
 void write_units(const Writer& w, const Variable& v) {
     w.escaped(v.unit);
     if (!*v.display_unit) return;
@@ -78,7 +78,7 @@ void write_units(const Writer& w, const Variable& v) {
             w.text("<br><small>shown in ");
             w.escaped(display.name);
             w.text("</small>");
-            // The start value as it is shown; a zero is one in every unit.
+            // The start value as displayed; zero needs no factor.
             if (v.causality == Causality::parameter && v.start != 0)
                 std::fprintf(w.file, "<br><small>%.4g %s</small>", v.start * display.factor, display.name);
         }
@@ -112,7 +112,7 @@ void write_row(const Writer& w, int row) {
     w.text("</td></tr>\n");
 }
 
-// A table of the rows that are wanted, if there is one.
+// A table of the selected rows, if there are any.
 template <class Wanted>
 void write_section(const Writer& w, const char* id, const char* title, const char* about, Wanted wanted) {
     bool any = false;

@@ -1,4 +1,4 @@
-// What the entry points of both versions of FMI share: an instance behind the importer's pointer, and a status in return.
+// Shared by the entry points of both FMI versions: the instance behind the importer's pointer, and the returned status.
 #pragma once
 
 #include "adapter/instance.hpp"
@@ -7,12 +7,12 @@ namespace hnav::fmu {
 
 inline Instance* of(void* instance) { return static_cast<Instance*>(instance); }
 
-// FmiStatus: the enumeration of the version, with its values for success, a warning and failure.
+// FmiStatus: the enumeration of the FMI version, with its values for success, warning and failure.
 template <class FmiStatus, FmiStatus ok, FmiStatus warning, FmiStatus error>
 struct Entry {
     static FmiStatus to_fmi(Status status) { return status == Status::ok ? ok : status == Status::warning ? warning : error; }
 
-    // A call of a method of the instance; without an instance nothing can be logged.
+    // Calls a method of the instance. Without an instance nothing can be logged.
     template <class Method, class... Arguments>
     static FmiStatus call(void* instance, Method method, Arguments... arguments) {
         return instance ? to_fmi((of(instance)->*method)(arguments...)) : error;
@@ -20,7 +20,7 @@ struct Entry {
 
     static FmiStatus fail(void* instance, const char* text) { return instance ? to_fmi(of(instance)->fail("%s", text)) : error; }
 
-    // Calls of capabilities that no FMU of ours has.
+    // Functions of capabilities that these FMUs do not have.
     static FmiStatus unsupported(void* instance, const char* name) {
         return instance ? to_fmi(of(instance)->fail("%s is not supported by this FMU", name)) : error;
     }

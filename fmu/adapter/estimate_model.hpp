@@ -1,5 +1,5 @@
-// A model around an object of the library whose estimate flows between samples: its sampled inputs and Model Exchange, once
-// for every such FMU.
+// A model around a library object whose estimate changes between samples: its sampled inputs and Model Exchange. Shared by
+// the FMUs of all filters.
 #pragma once
 
 #include "adapter/library_model.hpp"
@@ -7,7 +7,7 @@
 
 namespace hnav::fmu {
 
-// What such a model remembers beside the object; a model adds its own by inheritance.
+// State of such a model beside the library object; derived models extend it.
 template <int inputs>
 struct EstimateMemory {
     SampledInputs<inputs> sampled;
@@ -22,7 +22,7 @@ template <class Calls, class Memory>
 class EstimateModel : public LibraryModel<Model, Calls, Memory> {
 public:
     double next_sample_s(const double*) const final {
-        // In Model Exchange a sample stamped later than it came waits for its time.
+        // In Model Exchange a sample with a time stamp in the future is processed at that time.
         return std::fmin(memory_.model_exchange != 0 ? next_event_s() : no_bound, memory_.sampled.next_s());
     }
     bool can_hold() const final { return true; }
@@ -49,20 +49,20 @@ protected:
     using LibraryModel<Model, Calls, Memory>::object_;
     using LibraryModel<Model, Calls, Memory>::memory_;
 
-    // Whether the simulation goes on after what a call of the object answered.
+    // Whether the simulation may continue after this status of a call.
     virtual bool goes_on(hnav_status status, Message* why) { return this->done(status, why); }
 
     virtual bool event_due(double t_s) const { return next_event_s() <= t_s + time_tolerance(t_s, min_period_s); }
 
-    // The input `reset`; true when it went up.
-    bool take_reset(double level) { return rising(level, &memory_.reset_level) && begin_anew(); }
-    bool begin_anew() {
+    // The input `reset`; true at its rising edge.
+    bool take_reset(double level) { return rising(level, &memory_.reset_level) && restart(); }
+    bool restart() {
         Calls::reset(object_);
         memory_.was_reset = memory_.model_exchange;
         return true;
     }
 
-    // What a push call answered. What is no sample is refused and counted by the object; that is no reason to stop a simulation.
+    // Status of a push call. The object refuses and counts invalid samples; the simulation continues.
     void pushed(hnav_status status) {
         if (status == HNAV_ERROR_QUEUE_FULL) memory_.sampled.missed += 1;
         this->note_refusal(status);

@@ -6,7 +6,7 @@
 
 namespace hnav::fmu {
 
-// What an FMU keeps for its importer is a saved state or a snapshot, as these three say.
+// Saving, loading and measuring the state that an FMU keeps for its importer: a saved state or a snapshot.
 template <hnav_status (*size)(const hnav_filter*, std::size_t*), hnav_status (*keep)(const hnav_filter*, void*, std::size_t),
           hnav_status (*bring_back)(hnav_filter*, const void*, std::size_t)>
 struct FilterCalls : LibraryObject<hnav_filter, hnav_filter_destroy, hnav_filter_message, size, keep, bring_back> {

@@ -1,4 +1,4 @@
-// FMI 2.0 by name; what the calls do stands in the files of Instance.
+// The functions of FMI 2.0. They call Instance.
 #include "adapter/entry.hpp"
 #include "adapter/resource_path.hpp"
 
@@ -18,7 +18,7 @@ struct Fmi2 : hnav::fmu::Entry<fmi2Status, fmi2OK, fmi2Warning, fmi2Error> {};
 void log(const Instance& instance, Status status, const char* text) {
     const auto callback = reinterpret_cast<fmi2CallbackLogger>(instance.importer().callback);
     if (!callback) return;
-    // The callback formats: a percent sign of ours must not become a directive.
+    // The logger takes a format: a percent sign in a message must not become a directive.
     char safe[512];
     std::snprintf(safe, sizeof safe, "%s", text);
     for (char* p = safe; *p; ++p)
@@ -26,7 +26,7 @@ void log(const Instance& instance, Status status, const char* text) {
     callback(instance.importer().environment, instance.name(), Fmi2::to_fmi(status), Instance::category(status), safe);
 }
 
-// FMI 2 has one C type for integers and enumerations, so the variable says which it is.
+// FMI 2 has one C type for integers and enumerations; the row of the variable has the type.
 Type integer_type(fmi2Component c, fmi2ValueReference reference) {
     return of(c)->is_enumeration(reference) ? Type::enumeration : Type::integer;
 }

@@ -1,4 +1,4 @@
-// FMI 3.0 by name; what the calls do stands in the files of Instance.
+// The functions of FMI 3.0. They call Instance.
 #include "adapter/entry.hpp"
 
 #include <fmi3Functions.h>
@@ -31,7 +31,7 @@ void intermediate_update(Instance& instance, double t_s) {
              &early_return_time);
 }
 
-// A type without variables: only the empty request is right.
+// No variable has this type: only an empty request is valid.
 fmi3Status none_of_type(fmi3Instance instance, size_t n, const char* type) {
     if (!instance) return fmi3Error;
     return n == 0 ? fmi3OK : Fmi3::to_fmi(of(instance)->fail("there are no variables of type %s", type));
@@ -249,7 +249,7 @@ fmi3Status fmi3ActivateModelPartition(fmi3Instance i, fmi3ValueReference, fmi3Fl
 
 // ------------------------------------------------------------------------------------------------ events
 
-// Nothing is to be evaluated apart from an update: outputs follow the states of the last event.
+// Outputs follow the states of the last event, so EvaluateDiscreteStates computes nothing.
 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
     return Fmi3::call(instance, &Instance::permit, Call::update_discrete_states);
 }

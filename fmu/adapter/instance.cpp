@@ -45,7 +45,7 @@ Status Instance::make_table() {
     return Status::ok;
 }
 
-// Which rows are what, and the slots, whose value references begin with 1.
+// Rows by their function, and slots by value reference, which begin with 1.
 void Instance::index_table() {
     slot_count_ = 1;
     for (int i = 0; i < table_.size(); ++i) {
@@ -184,7 +184,7 @@ Status Instance::enter_initialization() {
     return Status::ok;
 }
 
-// Of all that a model is made from.
+// Hash of all values that a model is created from.
 std::uint64_t Instance::parameter_hash() const {
     Hash hash;
     const auto add = [&hash](const double& value) {
@@ -197,8 +197,8 @@ std::uint64_t Instance::parameter_hash() const {
     return hash.value;
 }
 
-// Importers read outputs in initialization mode and hand them on (PyFMI's Master, OMSimulator). A model is made when something is asked
-// of it, and made again when what it is made from has changed since: a plant is slow to load.
+// Creates the model at the first query in initialization mode, and again when a value that it is created from has changed.
+// Importers read outputs in this mode and connect them (PyFMI's Master, OMSimulator); a plant is slow to load.
 Status Instance::make_ready() {
     if (!touched_) return Status::ok;
     const std::uint64_t parameters = parameter_hash();
@@ -254,7 +254,7 @@ Status Instance::reset() {
 
 // ------------------------------------------------------------------------------------------------ samples
 
-// At a communication point or event. What a coarse step has lost is said once; count.missed goes on counting.
+// Called at a communication point or event. Lost samples are logged once; count.missed continues to count.
 bool Instance::take_samples(double t_s) {
     const bool taken = model_->take_samples(values_, t_s);
     const double apart_s = t_s - seen_s_;
@@ -268,8 +268,8 @@ bool Instance::take_samples(double t_s) {
     return taken;
 }
 
-// Once. At the level of an error, although the call succeeds: of other messages the defaults of importers show nothing, and the estimate is
-// not that of the samples which the user means.
+// Logged once, with the level of an error although the call succeeds: by default importers show no other level, and the
+// estimate does not use the samples that the user means.
 void Instance::say_what_was_lost(double apart_s) {
     if (const char* by = said_mistaken_ ? nullptr : model_->mistaken()) {
         said_mistaken_ = true;
@@ -301,7 +301,7 @@ void Instance::say_what_was_lost(double apart_s) {
             lost.by, apart_s);
 }
 
-// Inputs that are held over a step are a sample at each period inside it.
+// Inputs that are held over a step are sampled at each period inside it.
 bool Instance::sample_inside(double end_s, Message* why) {
     const double begin_s = time_s_;
     for (double n = 0; n <= max_samples_inside; ++n) {
@@ -336,7 +336,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
     if (!allowed(Call::do_step) || check_step(t_s, step_s) != Status::ok) return Status::error;
     double end_s = t_s + step_s;
     take_samples(t_s);
-    // A sample that falls inside the step is worth an early return to an importer that handles events.
+    // Returns early at a sample inside the step if the importer handles events.
     const double due_s = options_.event_mode_used ? model_->next_sample_s(values_) : no_bound;
     if (options_.early_return_allowed && due_s < end_s - time_tolerance(end_s, step_s)) {
         end_s = due_s;
@@ -361,7 +361,7 @@ Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, S
 
 // ------------------------------------------------------------------------------------------------ events
 
-// The number of the clock of this value reference; -1, said: it is none.
+// Index of the clock of this value reference; -1, with a message, if there is none.
 int Instance::clock_of(unsigned reference) const {
     for (int k = 0; k < clock_count_; ++k)
         if (slot(reference).rows > 0 && slot(reference).row == clock_row_[k]) return k;
@@ -380,7 +380,7 @@ Status Instance::get_clocks(const unsigned* references, std::size_t n, bool* act
     return Status::ok;
 }
 
-// What is active already does not tick again, so that a clock has one tick in an iteration.
+// An active clock does not tick again, so a clock has at most one tick in an iteration.
 Status Instance::set_clocks(const unsigned* references, std::size_t n, const bool* active) {
     if (!allowed(Call::set_clock)) return Status::error;
     if (n > 0 && (!references || !active)) return fail("a null pointer came with %zu value references", n);
@@ -417,7 +417,7 @@ Status Instance::end_ticks(bool* input_ticked) {
     return Status::ok;
 }
 
-// The samples that were taken act: on the states of the importer, or on those of the model.
+// Applies the collected samples to the importer's states or to those of the model.
 Status Instance::process_samples(bool* states_changed) {
     Message why;
     const bool done = options_.interface == model_exchange ? model_->jump(time_s_, states_, states_changed, &why)
@@ -425,8 +425,8 @@ Status Instance::process_samples(bool* states_changed) {
     return done ? Status::ok : fail("%s", why.text);
 }
 
-// Samples of one instant are one event, in however many iterations their clocks tick: while clocks tick samples are taken in, and
-// the first iteration without a tick processes them.
+// Samples of one instant form one event, even if their clocks tick in several iterations: samples are collected while clocks
+// tick, and the first iteration without a tick processes them.
 Status Instance::update_discrete_states(Events* events) {
     *events = {};
     if (!allowed(Call::update_discrete_states)) return Status::error;

@@ -1,5 +1,5 @@
-// One instance of the FMU, whatever the FMI version: values, mode and time, and every rule about calls. fmi2.cpp and
-// fmi3.cpp translate names and types, nothing else.
+// One instance of the FMU for all FMI versions: values, mode, time, and the rules about calls. fmi2.cpp and fmi3.cpp
+// translate names and types only.
 #pragma once
 
 #include "adapter/lifecycle.hpp"
@@ -9,7 +9,7 @@
 
 namespace hnav::fmu {
 
-// A warning is said and never returned: what was asked for has been done.
+// A warning is logged and not returned: the call has succeeded.
 enum class Status { ok, warning, error };
 
 class Instance : public Allocated {
@@ -48,20 +48,20 @@ public:
         double next_event_s = 0;
     };
 
-    // Null without memory or for a token of another version; the reason goes to the logger.
+    // Null without memory or for a token of another version; the logger receives the reason.
     static Instance* create(const char* name, const char* token, const Options& options, const Importer& importer);
     ~Instance();
 
-    // Says why and answers false when the call may not come now.
+    // False, with a logged reason, when the call is not allowed now.
     bool allowed(Call call) const {
         const Rule& rule = rule_of(call);
         return ((rule.interfaces & options_.interface) && (rule.modes & mode_)) || refuse(rule);
     }
     Status permit(Call call) const { return allowed(call) ? Status::ok : Status::error; }
     Status fail(const char* format, ...) const __attribute__((format(printf, 2, 3)));
-    // Of the log, by the status that it goes with.
+    // The log category of a status.
     static const char* category(Status status);
-    // on for the categories that are named, or as at the making for none.
+    // Switches the named categories on or off; without names, as at creation.
     Status set_debug_logging(bool on, std::size_t n, const char* const* categories);
 
     // -------------------------------------------------------------------------------------------- life
@@ -79,7 +79,7 @@ public:
     template <class T>
     Status set(Type type, const unsigned* references, std::size_t n, const T* in);
     Status check_array(const unsigned* references, std::size_t n, const void* values, std::size_t n_values) const;
-    // Of the variable of this value reference, where there is one.
+    // Type of the variable with this value reference, if there is one.
     bool is_enumeration(unsigned reference) const { return slot(reference).type == Type::enumeration; }
 
     Status get_clocks(const unsigned* references, std::size_t n, bool* active);
@@ -128,9 +128,9 @@ public:
 
 private:
     struct Header;
-    // What getting and setting have to know of a variable, close together.
+    // Properties of a variable that getting and setting need, in one cache line.
     struct Slot {
-        int row, rows; // the first, and how many; 0 where there is no variable
+        int row, rows; // the first row, and their number; 0 if there is no variable
         unsigned group;
         Type type;
         bool is_input;
@@ -152,7 +152,7 @@ private:
     void index_table();
     Status set_up_check(const char* name, const char* token);
     Status check_step(double t_s, double step_s) const;
-    // The row that an importer names; null when there is none, or none of this type, which is said.
+    // The row of a value reference; null, with a message, if there is none or it has another type.
     const Variable* row_of(unsigned reference) const;
     const Variable* row_of(unsigned reference, Type type) const;
     bool refuse(const Rule& rule) const; // false, with the reason
@@ -160,14 +160,14 @@ private:
     void take_states(const unsigned* references, std::size_t n);
     template <class T>
     Status check_values(unsigned reference, const T* values) const;
-    // Where a reference has no variable, that of reference 0, which never has one.
+    // A reference without a variable gets the slot of reference 0, which has none.
     const Slot& slot(unsigned reference) const { return slots_[reference < slot_count_ ? reference : 0]; }
     std::size_t elements(const unsigned* references, std::size_t n) const;
     Status check_states(const double* x, std::size_t n) const;
     Status check_pairs(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns, std::size_t n_knowns) const;
     double adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed);
     const double* rows_along(double* direction);
-    // A clock is active from the tick that is counted in its row until the end of the iteration that has seen it.
+    // A clock is active from its tick until the end of the iteration that has processed it.
     double* seen_ticks() const { return values_ + table_.size(); }
     std::size_t value_count() const { return static_cast<std::size_t>(table_.size()) + static_cast<std::size_t>(clock_count_); }
     int clock_of(unsigned reference) const;
@@ -176,7 +176,7 @@ private:
     Status make_ready();
     Status refresh(unsigned groups);
     std::size_t snapshot_bytes() const;
-    // Where the model's numbers stand in a snapshot, and how many bytes they take; null: it has none.
+    // Offset and size in bytes of the model's numbers in a snapshot; null if it has none.
     const unsigned char* model_in(const Snapshot* snapshot, std::size_t* bytes) const;
     bool can_serialise(const Snapshot* snapshot) const; // false, with the reason
     void release_model(const Snapshot* snapshot);
@@ -187,7 +187,7 @@ private:
     Options options_;
     Importer importer_;
     char name_[128] = "";
-    double* values_ = nullptr; // one for each row; behind them the ticks of each clock that were seen
+    double* values_ = nullptr; // one for each row; behind them the processed ticks of each clock
     static constexpr int max_clocks = 16;
     int clock_row_[max_clocks] = {};
     int clock_count_ = 0;
@@ -201,10 +201,10 @@ private:
     bool has_model_ = false; // initialised
     bool touched_ = true;    // until the model is ready for initialization mode: something was set since
     std::uint64_t token_ = 0;      // of the table
-    std::uint64_t parameters_ = 0; // hash of those that the model was made with
+    std::uint64_t parameters_ = 0; // hash of the values that the model was created with
     bool logged_[3] = {};    // by status
     bool said_lost_ = false, said_mistaken_ = false, said_implausible_ = false, refusal_logged_ = false, judged_ = false;
-    double seen_s_ = 0;      // when inputs were looked at last
+    double seen_s_ = 0;      // time of the last look at the inputs
     unsigned stale_ = 0;     // groups whose rows are older than the model
     int first_state_ = -1, first_derivative_ = -1; // rows; states and derivatives stand together, in order
     double time_s_ = 0, start_s_ = 0, stop_s_ = 0;

@@ -1,4 +1,4 @@
-// A model around one object of the library: its life and its saved state, once for every FMU.
+// A model around one object of the library: its creation, destruction and saved state. Shared by all FMUs.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -9,7 +9,7 @@
 
 namespace hnav::fmu {
 
-// The calls that an object of the library lives by. One without a history has nothing to save.
+// The library's calls for an object. An object without a history has no state to save.
 template <class T, void (*destroy_)(T*), const char* (*message_)(const T*),
           hnav_status (*state_size_)(const T*, std::size_t*) = nullptr,
           hnav_status (*save_)(const T*, void*, std::size_t) = nullptr,
@@ -23,8 +23,8 @@ struct LibraryObject {
     static constexpr auto load = load_;
 };
 
-// Base: Model or StatelessModel. Calls: a LibraryObject. Memory: what the model remembers beside the object, such as its
-// sampling clocks; eight-byte numbers, saved as they are.
+// Base: Model or StatelessModel. Calls: a LibraryObject. Memory: state of the model beside the object, such as its sampling
+// clocks; eight-byte numbers, saved bytewise.
 template <class Base, class Calls, class Memory>
 class LibraryModel : public Base {
     static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) % 8 == 0);
@@ -64,7 +64,7 @@ public:
 protected:
     ~LibraryModel() override { Calls::destroy(object_); }
 
-    // The object by its create call, whose arguments stand between the object's place and that of the reason.
+    // Creates the object; the arguments stand between the place of the object and that of the reason.
     template <class Create, class... Arguments>
     bool make(Message* why, Create create, const Arguments&... arguments) {
         clear();
@@ -72,13 +72,13 @@ protected:
         return create(&object_, arguments..., why->text, sizeof why->text) == HNAV_OK;
     }
 
-    // What a call of the object answered, with its reason.
+    // Converts the status of a call, with its reason.
     bool done(hnav_status status, Message* why) const {
         if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", Calls::message(object_));
         return status == HNAV_OK;
     }
 
-    // Keeps the reason of the first refusal of a value out of range.
+    // Keeps the reason of the first refused value.
     void note_refusal(hnav_status status) {
         if (status == HNAV_ERROR_OUT_OF_RANGE && refused_.text[0] == '\0') done(status, &refused_);
     }

@@ -1,4 +1,4 @@
-// Which call is allowed when: one table for FMI 2 and FMI 3, Co-Simulation and Model Exchange.
+// The table of allowed calls in each mode, for FMI 2 and FMI 3, Co-Simulation and Model Exchange.
 #pragma once
 
 namespace hnav::fmu {
@@ -61,15 +61,16 @@ constexpr Rule rules[] = {
     {Call::update_discrete_states, "the update of discrete states", event, both_interfaces},
     {Call::terminate, "Terminate", event | continuous | step, both_interfaces},
     {Call::reset, "Reset", any_mode & ~intermediate, both_interfaces},
-    // PyFMI reads start values of parameters right after an archive is loaded.
+    // PyFMI reads start values of parameters right after loading an archive.
     {Call::get_given, "getting a parameter or input", any_mode, both_interfaces},
     {Call::get_calculated, "getting a calculated variable", initialization | initialized, both_interfaces},
     {Call::set_parameter, "setting a parameter", instantiated | initialization, both_interfaces},
-    // In continuous-time mode too: PyFMI, OMSimulator, Simulink and Dymola write all inputs before each evaluation of the
-    // derivatives. They are kept and act at the next event.
+    // Also in continuous-time mode: PyFMI, OMSimulator, Simulink and Dymola write all inputs before each evaluation of the
+    // derivatives. They take effect at the next event.
     {Call::set_input, "setting an input", instantiated | initialization | event | continuous | step, both_interfaces},
-    // By value references. In continuous-time mode as SetContinuousStates (fmi-standard #392, #1956). In event mode the standard lets an
-    // importer set a state that has no `reinit` (#1950); PyFMI sets all of them. What the jump computes replaces what was set.
+    // States by value reference. In continuous-time mode as SetContinuousStates (fmi-standard #392, #1956). In event mode the
+    // standard lets an importer set states without `reinit` (#1950); PyFMI sets all of them. The jump at the event replaces
+    // the values.
     {Call::set_state, "setting a continuous state", event | continuous, model_exchange},
     {Call::get_clock, "GetClock", initialization | event, both_interfaces},
     {Call::set_clock, "SetClock", event, both_interfaces},
@@ -84,7 +85,7 @@ constexpr Rule rules[] = {
     {Call::set_debug_logging, "SetDebugLogging", any_mode, both_interfaces},
 };
 
-// They stand in the order of Call: every value that is set asks for one.
+// The rows stand in the order of Call: setting a value looks up its row by number.
 constexpr bool rules_in_order() {
     int i = 0;
     for (const Rule& rule : rules)

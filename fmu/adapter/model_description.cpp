@@ -38,7 +38,7 @@ bool is_calculated(const Variable& v) {
 
 // ------------------------------------------------------------------------------------------------ head
 
-// Ends the element of an interface, with the list of sources inside; FMI 3 has a file of its own for them.
+// Ends the element of an interface, with the list of sources inside; FMI 3 has a separate file for them.
 void end_interface(const Writer& w, const char* element) {
     if (w.fmi3) {
         w.text("/>\n");
@@ -131,7 +131,7 @@ void write_choices(const Writer& w) {
 
 // ------------------------------------------------------------------------------------------------ variables
 
-// The range of a parameter; what has none says nothing.
+// The range of a parameter; no attribute without a limit.
 void write_bounds(const Writer& w, const Variable& v) {
     if (v.causality != Causality::parameter || v.type == Type::boolean) return;
     if (std::fabs(v.min) < 1e300) w.attribute("min", v.min);
@@ -155,7 +155,7 @@ void write_type(const Writer& w, int first) {
     if (v.type == Type::enumeration) std::fprintf(w.file, " declaredType=\"choice.%s\"", v.name);
     if (v.type != Type::real) return;
     for (int k = 1; k < w.rows(first); ++k)
-        if (std::strcmp(w.table[first + k].unit, v.unit) != 0) return; // elements of several units: none is said
+        if (std::strcmp(w.table[first + k].unit, v.unit) != 0) return; // elements with several units: none is declared
     if (*v.unit) w.attribute("unit", v.unit);
     if (*v.display_unit) w.attribute("displayUnit", v.display_unit);
 }
@@ -263,7 +263,7 @@ void write_structure(const Writer& w) {
     w.text("  </ModelStructure>\n");
 }
 
-// Of the sources, where the build is given it: the date of the machine would make equal sources differ.
+// SOURCE_DATE_EPOCH, if the build sets it: the date of the machine would make archives of equal sources differ.
 void write_date(const Writer& w) {
     const char* seconds = std::getenv("SOURCE_DATE_EPOCH");
     if (!seconds || !*seconds) return;

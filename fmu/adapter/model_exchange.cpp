@@ -1,4 +1,4 @@
-// Model Exchange: the importer's states, and how the model follows them.
+// Model Exchange: the importer's states and the events of the model.
 #include "adapter/instance.hpp"
 
 #include <cmath>
@@ -65,7 +65,7 @@ Status Instance::get_nominals(double* nominals, std::size_t n) {
 
 // ------------------------------------------------------------------------------------------------ derivatives
 
-// Everything is differentiated exactly. Inputs act at events: nothing depends on them here.
+// All derivatives are exact. Inputs act at events, so no derivative depends on them.
 Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
                                         std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                         std::size_t n_sensitivity) {
@@ -90,7 +90,7 @@ Status Instance::directional_derivative(const unsigned* unknowns, std::size_t n_
     return Status::ok;
 }
 
-// One state after another: there are at most some tens of them.
+// One state after another: there are a few tens at most.
 Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unknowns, const unsigned* knowns,
                                     std::size_t n_knowns, const double* seed, std::size_t n_seed, double* sensitivity,
                                     std::size_t n_sensitivity) {
@@ -106,7 +106,7 @@ Status Instance::adjoint_derivative(const unsigned* unknowns, std::size_t n_unkn
     return Status::ok;
 }
 
-// The seeds of the unknowns times what these change by with the state of a row; 0 for a row that is none.
+// The seeds of the unknowns times their derivatives by the state of a row; 0 for a row that is no state.
 double Instance::adjoint_along(int row, const unsigned* unknowns, std::size_t n_unknowns, const double* seed) {
     if (!table_[row].is_state) return 0;
     double* direction = scratch_;
@@ -131,14 +131,15 @@ Status Instance::check_pairs(const unsigned* unknowns, std::size_t n_unknowns, c
     for (std::size_t k = 0; k < n_unknowns; ++k) {
         const Variable* row = row_of(unknowns[k]);
         if (!row) return Status::error;
-        // PyFMI asks for all outputs, whatever their type: what does not flow does not change with the states.
+        // PyFMI requests all outputs, whatever their type: discrete ones do not change with the states.
         if (row->derivative_of < 0 && row->causality != Causality::output)
             return fail("%s is no derivative or output", row->name);
     }
     return Status::ok;
 }
 
-// What all rows change by along a direction of the states, whose length the models are not bothered with.
+// The derivatives of all rows along a direction of the states. The direction is normalised first, so that models do not
+// depend on its length.
 const double* Instance::rows_along(double* direction) {
     const int nx = state_count_;
     double* rows = scratch_ + nx;

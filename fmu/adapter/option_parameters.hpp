@@ -1,4 +1,5 @@
-// Parameters that are options of the C API: GROUP.NAME, so that importers show a tree. Those that one meets first stand first.
+// Parameters for the options of the C API, named GROUP.NAME so that importers show a tree. Options that most users set are
+// first.
 #pragma once
 
 #include "adapter/rows.hpp"
@@ -16,7 +17,8 @@ const hnav_option_info* option_of(std::int32_t index) {
     return hnav_option(list, index);
 }
 
-// The name of a parameter. A struct inside is in the option's name already, and a group of one is no branch of a tree.
+// The name of a parameter. The option's name already includes a nested struct; a group with one option is no branch of the
+// tree.
 inline void write_name(OptionAt option_at, const hnav_option_info& option, Variable* v) {
     int in_group = 0;
     for (int k = 0; const hnav_option_info* other = option_at(k); ++k) in_group += !std::strcmp(other->group, option.group);
@@ -68,7 +70,7 @@ void each_component(OptionAt option_at, Visit visit) {
             for (int i = 0; i < option->count && (option->advanced != 0) == (advanced != 0); ++i) visit(*option, i);
 }
 
-// A whole option table: one row for each component of each option; the number of the first.
+// Appends one row for each component of each option; returns the number of the first.
 inline int add_options(Table& table, OptionAt option_at, const void* defaults) {
     const int first = table.size();
     each_component(option_at,
@@ -76,8 +78,8 @@ inline int add_options(Table& table, OptionAt option_at, const void* defaults) {
     return first;
 }
 
-// What differs from its start value goes into the options, which hold defaults or a preset. Some importers write all
-// parameters and others those that were changed: both get the same.
+// Values that differ from their start values are written into the options, which hold defaults or a preset. Some importers
+// write all parameters, others only the changed ones: both give the same options.
 inline void take_options(OptionAt option_at, int first, const double* values, void* options) {
     const double* value = values + first;
     each_component(option_at, [&](const hnav_option_info& option, int i) {

@@ -1,4 +1,4 @@
-// Outputs that show an answer of the library: each row is written down with the field of the answer that it shows.
+// Outputs from answers of the library: each row is declared with the field of the answer that it shows.
 #pragma once
 
 #include "adapter/variable.hpp"
@@ -8,28 +8,28 @@
 
 namespace hnav::fmu {
 
-// Answer: what one call of the library fills in. group_number: of the bit of Model::refresh for all rows. capacity: of
-// variables, a vector counts as one.
+// Answer: the struct that one call of the library fills. group_number: the bit of Model::refresh for all rows. capacity: in
+// variables, where a vector counts as one.
 template <class Answer, int group_number, int capacity = 16>
 class Outputs {
 public:
     static constexpr unsigned group = 1u << group_number;
     using Show = void (*)(const Answer& answer, double* rows);
 
-    // Appends a row, of a field that is an array rows name[1], name[2], ...; answers the number of the first.
+    // Appends a row, or rows name[1], name[2], ... for an array field; returns the number of the first.
     template <auto field>
     int add(Table& table, const Variable& variable) {
         constexpr int count = length<field>();
         return bind<field>(table, count > 0 ? table.add_vector(variable, count) : table.add(variable));
     }
 
-    // A row, or `count` rows name[1], name[2], ..., whose values show works out.
+    // A row, or `count` rows name[1], name[2], ..., whose values show computes.
     int add(Table& table, const Variable& variable, Show show) { return bind(table, table.add(variable), 1, show); }
     int add_vector(Table& table, const Variable& variable, int count, Show show) {
         return bind(table, table.add_vector(variable, count), count, show);
     }
 
-    // The same for rows that are in the table already, from `first` on.
+    // The same for rows that are already in the table, from `first` on.
     template <auto field>
     int bind(Table& table, int first) {
         constexpr int count = length<field>();
@@ -42,7 +42,7 @@ public:
         return first;
     }
 
-    // read fills in an answer; it is asked when the group is wanted.
+    // read fills an answer; called when the group is requested.
     template <class Read>
     void refresh(unsigned groups, double* values, Read read) const {
         if (!(groups & group)) return;

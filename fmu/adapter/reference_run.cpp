@@ -1,5 +1,5 @@
-// What the FMU answers to its example input, so that whoever imports it can see whether it does so there too: the files of the
-// FMI layered standard for references (fmi-ls-ref).
+// Writes the FMU's outputs for its example input, so that users can compare them in their importer: the files of the FMI
+// layered standard for references (fmi-ls-ref).
 #include "adapter/description.hpp"
 #include "adapter/instance.hpp"
 
@@ -10,7 +10,7 @@ namespace hnav::fmu {
 namespace {
 
 constexpr int steps = 200, steps_per_row = 10;
-constexpr double tolerance = 1e-6; // of outputs, relative to what is larger of them and 1
+constexpr double tolerance = 1e-6; // of outputs, relative to the larger of them and 1
 
 // A signal as CSV, held between its rows.
 class Signal {
@@ -27,7 +27,7 @@ public:
         waiting_ = read();
     }
 
-    // Sets the values of t_s, which goes up from call to call.
+    // Sets the values at t_s, which increases from call to call.
     bool set(Instance* instance, double t_s) {
         bool ok = true;
         while (waiting_ && values_[0] <= t_s + 1e-9) {

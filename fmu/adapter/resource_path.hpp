@@ -8,7 +8,7 @@ namespace hnav::fmu {
 
 class ResourcePath {
 public:
-    // file:///C:/a%20b, file:/home/a, file://localhost/home/a; what is no such URI is taken for a path. Empty where it is too long.
+    // file:///C:/a%20b, file:/home/a, file://localhost/home/a; any other text is taken as a path. Empty if it is too long.
     explicit ResourcePath(const char* uri) {
         const char* from = uri ? uri : "";
         if (std::strncmp(from, "file:", 5) == 0) from = path_of(from + 5);
@@ -19,7 +19,7 @@ public:
     operator const char*() const { return text_; }
 
 private:
-    // Behind the host, which is this one. Of Windows without the slash before the drive.
+    // The part after the host, which must be this one; on Windows without the slash before the drive.
     static const char* path_of(const char* from) {
         if (std::strncmp(from, "//", 2) == 0) {
             const char* path = std::strchr(from + 2, '/');

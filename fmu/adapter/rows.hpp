@@ -1,4 +1,4 @@
-// Words for writing tables: the kinds of rows that FMUs are made of.
+// Functions that make the rows of the tables.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -6,7 +6,7 @@
 
 namespace hnav::fmu::rows {
 
-// The name group.member, and what may follow.
+// The name group.member, with an optional suffix.
 class Name {
 public:
     Name(const char* group, const char* member, const char* ending = "") {
@@ -41,7 +41,7 @@ inline Variable input(const char* name, Type type, double start, const char* tex
     return v;
 }
 
-// Outputs get their group from the Outputs that they are added to. Of what is known at samples:
+// Outputs get their group from the Outputs that they are added to. Discrete outputs:
 inline Variable output(const char* name, const char* unit, const char* display, const char* text) {
     return quantity(name, Causality::output, Variability::discrete, unit, display, text);
 }
@@ -56,12 +56,12 @@ inline Variable output(const char* name, const Choices& choices, const char* tex
     return v;
 }
 
-// A triggered clock of FMI 3. The value of its row is how often it has ticked.
+// A triggered clock of FMI 3. The value of its row is its number of ticks.
 inline Variable clock(const char* name, Causality causality, const char* text) {
     return variable(name, Type::clock, causality, Variability::discrete, text);
 }
 
-// Of what flows between samples.
+// Continuous outputs:
 inline Variable flow(const char* name, const char* unit, const char* display, DependsOn depends_on, const char* text) {
     Variable v = quantity(name, Causality::output, Variability::continuous, unit, display, text);
     v.depends_on = depends_on;
@@ -76,7 +76,7 @@ inline Variable parameter(const char* name, const char* unit, double start, doub
     return v;
 }
 
-// Starts as the first of its choices.
+// Its start value is the first choice.
 inline Variable choice(const char* name, const Choices& choices, const char* text) {
     Variable v = variable(name, Type::enumeration, Causality::parameter, Variability::fixed, text);
     v.choices = choices;
@@ -98,7 +98,7 @@ inline Variable sample_counter(const char* name) {
     return input(name, Type::integer, 0, "Sample counter: a change marks a new sample (sampling_mode auto or counter)");
 }
 
-// Of a sensor: what marks a new sample.
+// The inputs of a sensor that mark a new sample.
 inline Variable sample_mark(const char* sensor) {
     return model_info.clocks ? clock(Name(sensor, "tick"), Causality::output, "Ticks when a sample is delivered")
                              : output(Name(sensor, "sample"), Type::integer, "Samples delivered: a change marks a new sample");

@@ -1,4 +1,4 @@
-// Several inputs that are samples, each by a clock of its own: which are new at a communication point, and what was lost of them.
+// Several sampled inputs, each with its own clock: which are new at a communication point, and which samples were lost.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -11,14 +11,14 @@
 
 namespace hnav::fmu {
 
-// False, with the reason, for a period that is too short; 0 means never.
+// False, with the reason, for a period that is too short; 0 disables it.
 inline bool check_period(const char* name, double period_s, Message* why) {
     if (!(period_s > 0) || period_s >= min_period_s) return true;
     std::snprintf(why->text, sizeof why->text, "%s = %g s is below %g s; 0 means never", name, period_s, min_period_s);
     return false;
 }
 
-// False, with the reason, where a step from one time to another holds more than anybody waits for. name: of the period.
+// False, with the reason, if a step contains more samples than the limit. name: of the period.
 inline bool check_span(double from_s, double to_s, const char* name, double period_s, Message* why) {
     if (!(to_s - from_s > max_samples_inside * period_s)) return true;
     std::snprintf(why->text, sizeof why->text, "a step to %g s holds more than %.0f samples at %s = %g s: take a shorter one",
@@ -26,7 +26,7 @@ inline bool check_span(double from_s, double to_s, const char* name, double peri
     return false;
 }
 
-// At most `most` inputs, counted from 0. Eight-byte numbers, saved as they are.
+// At most `most` inputs, counted from 0. Eight-byte numbers, saved bytewise.
 template <int most>
 struct SampledInputs {
     SamplingClock clock[most];
@@ -34,10 +34,10 @@ struct SampledInputs {
     double first_missed; // the input that first lost one, counted from 1; 0 while none has
     double first_mistaken; // likewise, the one whose counter first changed after samples at its period
 
-    // Whether input i is a sample that counts at t_s. now, t_meas_s: as its clock has them.
+    // Whether input i has a new sample at t_s. now, t_meas_s: see SamplingClock.
     bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
         if (!clock[i].take(t_s, now, t_meas_s, sample)) return false;
-        // A sensor that is declared invalid has no samples to lose by the time, but those that its counter counts.
+        // A sensor that is declared invalid loses no periodic samples, only those that its counter counts.
         if (valid || clock[i].mode == counter) {
             missed += sample->lost;
             if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;
@@ -46,7 +46,7 @@ struct SampledInputs {
         return valid;
     }
 
-    // Before samples are taken: those that were taken at the period of input i turn out to be none, because its counter changes.
+    // Called before samples are taken: the counter of input i has changed, so its samples at the period were no new ones.
     bool begins_to_count(int i, double now) {
         if (!clock[i].begins_to_count(now)) return false;
         if (first_mistaken == 0) first_mistaken = i + 1;
@@ -60,8 +60,8 @@ struct SampledInputs {
         return any;
     }
 
-    // The clocks of sensors, as their parameters have them; mode: the row of sampling_mode. A clock of FMI 3 counts its ticks. False:
-    // a period is too short, with the reason.
+    // Sets the clocks of the sensors from their parameters; mode: the row of sampling_mode. A clock of FMI 3 counts its
+    // ticks. False, with the reason, if a period is too short.
     template <int sensors>
     bool start(const SensorRows (&rows)[sensors], const double* values, double start_s, int mode, const char* const* periods,
                Message* why) {
@@ -73,7 +73,7 @@ struct SampledInputs {
         return true;
     }
 
-    // Calls push(s, t_s, value) for each sensor that has a new sample; whether one has.
+    // Calls push(s, t_s, value) for each sensor that has a new sample; true if one has.
     template <int sensors, class Push>
     bool push_new(const SensorRows (&rows)[sensors], const double* values, double t_s, Push push) {
         bool taken = false;
@@ -87,7 +87,7 @@ struct SampledInputs {
         return taken;
     }
 
-    // When the next one of all is due; clocks that were never set are due never.
+    // The earliest next sample of all clocks; a clock that was not set is never due.
     double next_s() const {
         double next_s = std::numeric_limits<double>::infinity();
         for (const SamplingClock& each : clock) next_s = std::min(next_s, each.next_s());
@@ -100,13 +100,13 @@ struct SampledInputs {
         return next_s;
     }
 
-    // What to say of the first mistake; null: there was none. name: as for lost.
+    // The message about the first mistaken sample; null if there was none. name: as for lost.
     template <class Name>
     const char* mistaken(Name&& name) const {
         return first_mistaken > 0 ? name(static_cast<int>(first_mistaken) - 1, true) : nullptr;
     }
 
-    // What to say of the first loss. name(i, by_counter): of the counter of input i, or of its period.
+    // The message about the first lost sample. name(i, by_counter): of the counter of input i, or of its period.
     template <class Name>
     Lost lost(Name&& name) const {
         if (first_missed == 0) return {};

@@ -1,4 +1,4 @@
-// When held inputs are a new sample: the one clock of all FMUs, and what belongs to it.
+// The sampling clock of all FMUs: when held inputs are a new sample.
 #pragma once
 
 #include "adapter/variable.hpp"
@@ -9,19 +9,19 @@
 
 namespace hnav::fmu {
 
-// Importers add up steps: two times that lie closer than this are one. scale_s: a period or step, of which the tolerance
-// stays a small part, also for a clock that counts from 1970.
+// Importers add up steps, so two times within this tolerance are equal. scale_s: a period or step; the tolerance stays a
+// small part of it, also for a clock that counts from 1970.
 inline double time_tolerance(double t_s, double scale_s) {
     const double size = std::fabs(t_s), rounding = 4 * std::numeric_limits<double>::epsilon() * size;
     return std::max(rounding, std::min(1e-9 * std::max(1.0, size), 1e-3 * scale_s));
 }
 
-// Periods that are shorter are none: an importer that is sent to each of them does not get on.
+// Shorter periods are refused: an importer would stop at each of them and make no progress.
 constexpr double min_period_s = 1e-6;
-// Samples of a model within one communication step. Chosen: up to 10 us each, and no call is to take a second.
+// Largest number of samples within one communication step. Chosen: at up to 10 us each, a call takes less than a second.
 constexpr double max_samples_inside = 5e4;
 
-// True once when a command goes up.
+// True once at the rising edge of a command.
 inline bool rising(double level, double* last) {
     const bool edge = level != 0 && *last == 0;
     *last = level;
@@ -42,10 +42,10 @@ constexpr Choice sampling_modes[] = {
 
 struct NewSample {
     double t_s;  // when it was measured
-    double lost; // samples between it and the one before it, which no communication point met
+    double lost; // samples before it that fell between communication points
 };
 
-// The clock of one sensor. Eight-byte numbers, saved as they are.
+// The clock of one sensor. Eight-byte numbers, saved bytewise.
 struct SamplingClock {
     double start_s;
     double period_s; // of periodic sampling; 0: never
@@ -54,23 +54,23 @@ struct SamplingClock {
     double due;      // periods from the start until the next sample
     double by_period = 0; // 1: samples were taken at the period, while the mode is automatic
 
-    // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark one in counter mode.
+    // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark a sample in counter mode.
     bool take(double t_s, double now, double t_meas_s, NewSample* sample) {
         sample->t_s = t_meas_s;
         if (mode == automatic && now != seen) mode = counter;
         if (mode == counter) return counter_changed(now, &sample->lost);
         if (!period_elapsed(t_s, &sample->lost)) return false;
-        // A held value is one of its period, whatever the rounding of the point that it is taken at.
+        // A held value belongs to one period, whatever the rounding of the communication point.
         const double own_s = start_s + (due - 1) * period_s;
         const bool on_time = mode == automatic && std::fabs(t_s - own_s) <= time_tolerance(t_s, period_s);
         sample->t_s = mode == held || on_time ? own_s : t_s;
         return true;
     }
 
-    // The counter changes for the first time although samples were taken at the period: those were none.
+    // The counter changed for the first time after samples were taken at the period: those were no new samples.
     bool begins_to_count(double now) const { return mode == automatic && by_period != 0 && now != seen; }
 
-    // The first communication point at or after k periods takes sample k; points that come too late lose samples.
+    // The first communication point at or after k periods takes sample k; late points lose samples.
     bool period_elapsed(double t_s, double* lost) {
         if (!(period_s > 0)) return false;
         const double k = std::floor((t_s - start_s + time_tolerance(t_s, period_s)) / period_s);
@@ -80,13 +80,13 @@ struct SamplingClock {
         return true;
     }
 
-    // When the next sample is due; infinity where time does not decide.
+    // Time of the next sample; infinity in counter mode.
     double next_s() const {
         return mode != counter && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
     }
 
-    // The next sample that is taken inside a step to end_s; infinity if none is. An automatic clock takes the last one of a step at its
-    // end, where the inputs are new.
+    // Time of the next sample inside a step to end_s; infinity if there is none. An automatic clock takes the last sample of
+    // a step at its end, where the inputs are new.
     double next_inside_s(double end_s) const {
         const double at_s = next_s(), near_s = time_tolerance(end_s, period_s);
         const bool inside = mode == held ? at_s < end_s - near_s : mode == automatic && at_s + period_s <= end_s + near_s;
@@ -94,10 +94,10 @@ struct SamplingClock {
     }
 
 private:
-    // A counter that went up by more than one says that samples came and went between two communication points.
+    // A counter that increased by more than one has counted samples between two communication points.
     bool counter_changed(double now, double* lost) {
         if (now == seen) return false;
-        *lost = std::max(0.0, now - seen - 1); // a sensor that starts again has lost nothing
+        *lost = std::max(0.0, now - seen - 1); // a sensor that restarts has lost nothing
         seen = now;
         return true;
     }

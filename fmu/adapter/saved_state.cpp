@@ -1,17 +1,17 @@
-// The complete state of an instance, taken, given back, and as bytes.
+// The complete state of an instance: taken, restored, and as bytes.
 #include "adapter/instance.hpp"
 
 #include <cstring>
 
 namespace hnav::fmu {
 
-// Plain numbers: header, values, the importer's states, the model. Good in another process with the same binary.
+// Plain numbers: header, values, the importer's states, the model. Valid in another process with the same binary.
 struct Instance::Header {
     std::uint64_t magic, checksum;
-    // Everything from here on is covered by the checksum, which is made when a state is written out.
+    // The checksum covers everything from here on; it is computed when a state is serialised.
     std::uint64_t token, bytes;
     std::uint64_t interface, event_mode_used, mode, has_model;
-    std::uint64_t parameters; // what the model was made with
+    std::uint64_t parameters; // hash of the values that the model was created with
     double time_s, start_s, stop_s;
 };
 
@@ -55,7 +55,7 @@ Status Instance::take_snapshot(Snapshot** snapshot) {
         fresh->bytes = bytes;
     } else release_model(*snapshot);
     auto* place = reinterpret_cast<unsigned char*>(*snapshot + 1);
-    const bool saves_model = has_model_ && !touched_; // a model that is to be made again is none
+    const bool saves_model = has_model_ && !touched_; // a model that must be created again has no state
     Header header{snapshot_magic, 0,           token_,      bytes,   options_.interface, options_.event_mode_used,
                   mode_,          saves_model, parameters_, time_s_, start_s_,           stop_s_};
     std::memcpy(place + sizeof header, values_, value_count() * sizeof(double));
@@ -79,7 +79,7 @@ Status Instance::restore_snapshot(const Snapshot* snapshot) {
     Message why;
     if (header.has_model) {
         const std::size_t used = sizeof header + (value_count() + state_count_) * sizeof(double);
-        // A model that was made with these parameters is there, but for a state that came from elsewhere.
+        // A state from another process may need a model of its parameters first.
         const bool made = (has_model_ && parameters_ == header.parameters) ||
                           model_->initialise(values_, header.start_s, options_.interface == model_exchange, &why);
         if (!made || !model_->load(place + used, header.bytes - used, &why)) {

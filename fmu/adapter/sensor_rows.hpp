@@ -1,4 +1,4 @@
-// The inputs and the parameter of a sensor whose samples come in: where they stand in the table, and those that all sensors have.
+// The inputs and the parameter of a sampled sensor: their rows, and the inputs that all sensors have.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -7,10 +7,10 @@
 namespace hnav::fmu {
 
 struct SensorRows {
-    int value, sample, t_meas; // value: the first of those that the push call of the sensor takes
+    int value, sample, t_meas; // value: the first row of those that the sensor's push call takes
     int valid = -1, period = -1; // none where a clock ticks
 
-    // What marks samples, behind the value. valid: whether they are without the importer's word.
+    // The inputs that mark samples; they follow the value. valid: the start value of the valid flag.
     void add_marks(Table& table, const char* sensor, bool valid_at_start) {
         if (model_info.clocks) {
             sample = table.add(rows::clock(rows::Name(sensor, "tick"), Causality::input, "Ticks when there is a new sample"));

@@ -1,4 +1,4 @@
-// The continuous states of Model Exchange as rows: once as values, once as derivatives, in the same order.
+// The continuous states of Model Exchange as rows: first the values, then the derivatives, in the same order.
 #pragma once
 
 #include "adapter/model.hpp"
@@ -18,7 +18,7 @@ public:
         describe(derivatives);
     }
 
-    // depends_on: of the derivative.
+    // depends_on: the dependency of the derivative.
     void add(const char* name, const char* unit, double start, DependsOn depends_on, const char* text) {
         Variable v = variable(name, Type::real, Causality::local, Variability::continuous, text);
         if (derivatives_) std::snprintf(v.name, sizeof v.name, "der(%.50s)", name);

@@ -1,4 +1,4 @@
-// Whether the samples of an inertial sensor look like g or deg/s, by what gravity shows: an FMU reads numbers without their unit.
+// Detects samples of an inertial sensor in g or deg/s from the direction of gravity: an FMU receives numbers without units.
 #pragma once
 
 #include <cmath>
@@ -6,7 +6,7 @@
 
 namespace hnav::fmu {
 
-// Eight-byte numbers, saved as they are. A finding is a sentence for the log; the samples are used as they come.
+// Eight-byte numbers, saved bytewise. A finding is a sentence for the log; the samples are used unchanged.
 class UnitCheck {
 public:
     // m/s2 or g; sensor axes.
@@ -16,7 +16,7 @@ public:
         forces_ += 1;
     }
 
-    // rad/s or deg/s; held since the sample before.
+    // Rate in rad/s or deg/s, held since the sample before.
     void take_rate(double t_s, const double* rate) {
         if (decided() || !std::isfinite(rate[0] + rate[1] + rate[2])) return;
         if (has_rate_ != 0)
@@ -28,7 +28,7 @@ public:
         if (t_s - begin_s_ >= window_s - 1e-9 && forces_ > 0) end_window();
     }
 
-    // The finding, or null while there is none.
+    // The finding, or null if there is none.
     const char* finding() const {
         if (found_ == is_g) return "accel.force has a strength near 1 m/s2: this looks like g; multiply it by 9.80665";
         if (found_ == is_deg_s)
@@ -39,9 +39,9 @@ public:
 private:
     static constexpr double window_s = 0.1;
     static constexpr double enough = 50; // windows
-    static constexpr double most = 6000; // windows, ten minutes: a body that has not tilted until then is not judged
+    static constexpr double most = 6000; // windows, ten minutes: a body that has not tilted by then is not judged
     static constexpr double least_turn = 0.01; // rad, RMS of a window: above the noise of any accelerometer's mean
-    static constexpr double sure = 0.85; // correlation of the turning of gravity and of the rates
+    static constexpr double sure = 0.85; // correlation between the rotation of gravity and the integrated rates
     static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3;
 
     bool decided() const { return found_ != undecided; }
@@ -65,7 +65,8 @@ private:
         if (windows_ >= enough) decide();
     }
 
-    // A direction that stays in space changes in the body by d = v x theta, theta being the small angle that the body turned.
+    // A direction that is constant in space changes in body axes by d = v x theta, where theta is the small rotation of the
+    // body.
     void compare(const double* unit, const double* angle) {
         for (int i = 0; i < 3; ++i) {
             const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -91,7 +92,7 @@ private:
 
     double begin_s_ = 0, rate_s_ = 0, has_rate_ = 0, forces_ = 0, windows_ = 0;
     double rate_[3] = {}, angle_[3] = {}, angle_before_[3] = {}; // rad, of this window and the one before
-    double force_[3] = {}, unit_[3] = {}; // sum of this window; direction in the one before
+    double force_[3] = {}, unit_[3] = {}; // sum of this window; direction in the previous one
     double strength_ = 0; // sum over windows
     double said2_ = 0, seen2_ = 0, both_ = 0;
     double found_ = undecided;

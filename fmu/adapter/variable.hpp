@@ -1,8 +1,7 @@
-// The table of an FMU: one row for each variable, from which entry points, both model descriptions, start values, reset,
-// save, load and the documentation are loops.
-//
-// The value of row i is values[i] of the instance, a double whatever its type: integers and booleans fit exactly. Value references:
-// see arrays.hpp.
+// The table of an FMU, one row for each scalar. Entry points, both model descriptions, start values, reset, save, load and
+// the documentation are loops over it.
+// The value of row i is values[i] of the instance, a double for every type: integers and booleans fit exactly. Value
+// references: see arrays.hpp.
 #pragma once
 
 #include <cmath>
@@ -20,11 +19,10 @@ enum class Type { real, integer, boolean, enumeration, clock };
 enum class Causality { independent, parameter, calculated, input, output, local };
 enum class Variability { fixed, discrete, continuous };
 
-// What a row depends on in Model Exchange, in terms of the continuous states. Inputs are discrete: nothing depends on
-// them directly.
+// Dependency of a row on the continuous states in Model Exchange. Inputs are discrete: no row depends on them directly.
 enum class DependsOn { nothing, first_states, all_states };
 
-// The values of an enumeration, 0 to count - 1: what each of them is called and means.
+// The values of an enumeration, 0 to count - 1: their names and descriptions.
 struct Choice {
     const char *name, *description;
 };
@@ -48,10 +46,10 @@ struct Variable {
     double start; // of parameters and inputs
     double min, max;
     DependsOn depends_on;
-    unsigned group; // which part of the model computes it: a bit of Model::refresh
+    unsigned group; // the bit of Model::refresh of its group
     int derivative_of; // row of the state, or -1
     bool is_state;
-    bool basic; // of the dozen parameters that one meets first
+    bool basic; // one of the dozen parameters that most users set
     int clock; // row of the clock that it belongs to, or -1
 };
 
@@ -73,13 +71,13 @@ public:
     void give_up() { complete_ = false; }
     const Variable& operator[](int i) const { return rows_[i]; }
     Variable& row(int i) { return rows_[i]; }
-    // The rows from first to last belong to a clock, which may stand among them.
+    // Marks the rows from first to last as clocked; the clock itself may be one of them.
     void put_on_clock(int clock, int first, int last) {
         for (int i = first; i <= last; ++i)
             if (i != clock) rows_[i].clock = clock;
     }
 
-    // Appends a row and answers its number.
+    // Appends a row and returns its number.
     int add(const Variable& variable) {
         if (size_ == capacity_) {
             const int capacity = capacity_ ? 2 * capacity_ : 256;
@@ -106,12 +104,13 @@ public:
         return first;
     }
 
-    // Rows name[1,1], name[1,2], ... of an n x n matrix, row by row, or of its upper triangle; the number of the first.
+    // Appends rows name[1,1], name[1,2], ... of an n x n matrix, row by row, or of its upper triangle; returns the number of
+    // the first.
     int add_matrix(const Variable& variable, int n) { return add_elements(variable, n, false); }
     int add_triangle(const Variable& variable, int n) { return add_elements(variable, n, true); }
 
-    // Stamps names, types and order: an importer with the description of another version is refused.
-    // arrays: they are one variable each.
+    // Hash of names, types and order: an importer with the description of another version is refused. arrays: whether an
+    // array is one variable.
     std::uint64_t token(bool arrays) const {
         Hash hash;
         if (arrays) hash.add(1);
@@ -140,7 +139,7 @@ private:
     bool complete_ = true;
 };
 
-// A row with the fields that most share.
+// A row with common values of its fields.
 inline Variable variable(const char* name, Type type, Causality causality, Variability variability, const char* description) {
     Variable v{};
     std::snprintf(v.name, sizeof v.name, "%s", name);

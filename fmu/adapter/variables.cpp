@@ -1,4 +1,4 @@
-// Variables: what an importer gets and sets, by value references.
+// Getting and setting variables by value references.
 #include "adapter/instance.hpp"
 
 #include <cmath>
@@ -116,7 +116,7 @@ Status Instance::check_value(const Variable& v, double value) const {
     return Status::ok;
 }
 
-// The same for all rows of a variable. By itself: what a simulation sets is inputs.
+// The same for all rows of a variable. A separate function, because a simulation mostly sets inputs.
 template <class T>
 __attribute__((noinline)) Status Instance::check_values(unsigned reference, const T* values) const {
     const Slot& of = slots_[reference];
@@ -125,7 +125,7 @@ __attribute__((noinline)) Status Instance::check_values(unsigned reference, cons
     return Status::ok;
 }
 
-// Of rows that are states, from values_.
+// Rows of states, from values_.
 __attribute__((noinline)) void Instance::take_states(const unsigned* references, std::size_t n) {
     for (std::size_t i = 0; i < n; ++i) {
         const Slot& of = slots_[references[i]];
@@ -143,14 +143,14 @@ Status Instance::set(Type type, const unsigned* references, std::size_t n, const
     for (std::size_t i = 0; i < n; ++i) {
         const unsigned reference = references[i];
         if (!slot(reference).is_of(type) && !row_of(reference, type)) return Status::error;
-        // Inputs are let through, a NaN too: the model refuses and counts what is no sample.
+        // Inputs are accepted, including NaN: the model refuses and counts invalid samples.
         if (slots[reference].is_input) inputs = true;
         else if (check_values(reference, value) != Status::ok) return Status::error;
         else others = true;
         value += slots[reference].rows;
     }
     if (inputs && !allowed(Call::set_input)) return Status::error;
-    // All or nothing: a refused call has changed no value.
+    // All or nothing: a refused call changes no value.
     double* const values = values_;
     for (std::size_t i = 0; i < n; ++i) {
         const Slot& of = slots[references[i]];

@@ -1,5 +1,5 @@
-// Five seconds of a body that drives at 10 m/s along its x axis and turns from north to the east at 20 deg/s. It stands for Gnss and
-// Wheel alike, which leaves it at the longitude and the height that inputs start with.
+// Five seconds of a body that drives at 10 m/s along its x axis and turns from north to east at 20 deg/s. Used for Gnss and
+// Wheel; longitude and height keep their start values.
 #include "adapter/example_input.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// What the FMUs Gnss, Baro and Wheel share: a sensor of the library that samples the truth of a vehicle. Each says which inputs it
-// reads and what its outputs are called.
+// Shared by the FMUs Gnss, Baro and Wheel: a sensor of the library that samples the true motion of a vehicle. Each names its
+// inputs and outputs.
 #pragma once
 
 #include "adapter/library_model.hpp"
@@ -13,13 +13,13 @@ namespace hnav::fmu {
 using AidSensorCalls = LibraryObject<hnav_aid_sensor, hnav_aid_sensor_destroy, hnav_aid_sensor_message,
                                      hnav_aid_sensor_state_size, hnav_aid_sensor_save, hnav_aid_sensor_load>;
 
-// The library holds the clock.
+// The clock is part of the library object.
 struct AidSensorMemory {
-    double blind; // the truth was none at the newest look: what is due waits
+    double blind; // the truth was invalid at the last look: due samples wait
     double period_s, now_s;
 };
 
-// The options of one sensor of the list, and what belongs to all of them.
+// The options of one sensor of the list, and those common to all.
 template <hnav_aid_sensor_kind kind>
 const hnav_option_info* aid_sensor_option(std::int32_t index) {
     constexpr const char* groups[] = {"gnss", "baro", "wheel"};
@@ -42,7 +42,7 @@ public:
         return true;
     }
 
-    // A truth that is none stops nothing: the samples wait for one.
+    // An invalid truth is no error: samples wait for a valid one.
     bool take_samples(double* values, double t_s) final {
         auto truth = hnav_sized<hnav_vehicle_truth>();
         truth.q_nb[0] = 1;
@@ -63,7 +63,7 @@ public:
     }
 
     bool advance(double t_s, Message* why) final {
-        if (!check_span(memory_.now_s, t_s, periods[kind], memory_.period_s, why)) return false; // slow errors go by every sample
+        if (!check_span(memory_.now_s, t_s, periods[kind], memory_.period_s, why)) return false; // slow errors
         memory_.now_s = t_s;
         return done(hnav_aid_sensor_advance(object_, t_s), why);
     }
@@ -78,7 +78,7 @@ public:
 protected:
     using Reading = hnav_aid_reading;
 
-    // What the sensor reads of the truth.
+    // The inputs that the sensor reads.
     virtual void read(const double* values, hnav_vehicle_truth* truth) const = 0;
 
     static Variable truth_row(const char* name, const char* unit, const char* display, const char* text) {
@@ -115,7 +115,7 @@ protected:
         options_ = add_options(table, aid_sensor_option<kind>, &defaults);
     }
 
-    // Adds one component of the sample, or three; returns the index of the first row.
+    // Adds one component of the sample, or three; returns the number of the first row.
     template <int first, int count = 1>
     int show_value(Table& table, const Variable& variable) {
         const auto show = [](const Reading& r, double* row) { std::memcpy(row, r.value + first, count * sizeof *row); };
@@ -127,7 +127,7 @@ protected:
         if (count == 1) reading_.add(table, variable, show);
         else reading_.add_vector(table, variable, count, show);
     }
-    // Counter or clock, stamp and flag, named like the inputs of a filter. first: row of the values.
+    // Counter or clock, time stamp and flag, named like the inputs of a filter. first: row of the values.
     void show_marks(Table& table, const char* name, int first) {
         using namespace rows;
         const int mark = reading_.add<&Reading::count>(table, sample_mark(name));

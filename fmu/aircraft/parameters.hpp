@@ -1,5 +1,5 @@
-// The parameters that a plant and a filter of one aircraft share, by the same names: what the model file says, to be
-// overridden.
+// Parameters that the plant and the filter of one aircraft share under the same names: the values of the model file, which
+// the user can override.
 #pragma once
 
 #include "aircraft/data.hpp"
@@ -41,7 +41,7 @@ struct Parameters {
                      aircraft::start_sigma);
     }
 
-    // values: those of all rows, which outlive the model that is answered.
+    // values: those of all rows; must outlive the returned model.
     hnav_aircraft_model model(const double* values) const {
         auto m = hnav_sized<hnav_aircraft_model>();
         m.nx = nx;

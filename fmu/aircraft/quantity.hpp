@@ -1,4 +1,4 @@
-// A state or control of an aircraft, as the variables that belong to it are named.
+// A state or control of an aircraft, with the names of its variables.
 #pragma once
 
 #include "adapter/rows.hpp"
@@ -12,7 +12,8 @@ struct Quantity {
     const char* noise_unit;   // of a random walk: unit per root second
 };
 
-// One row prefix.name for each quantity, in its unit; the number of the first row. start: one for each, null for 0.
+// One row prefix.name for each quantity, in its unit; returns the number of the first. start: one value for each, or null for
+// 0.
 template <int n>
 int add_each(Table& table, const char* prefix, const Quantity (&quantities)[n], const Variable& pattern,
              const double* start = nullptr) {

@@ -1,4 +1,4 @@
-// Controls at rest: the built-in square waves fly the aircraft.
+// Controls at rest: the built-in square waves excite the aircraft.
 #include "adapter/example_input.hpp"
 #include "aircraft/data.hpp"
 

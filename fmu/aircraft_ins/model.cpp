@@ -1,4 +1,4 @@
-// The AircraftIns FMU: a linear aircraft and what an INS with coloured errors reads of it.
+// The AircraftIns FMU: a linear aircraft and the readings of an INS with coloured errors.
 #include "adapter/library_model.hpp"
 #include "aircraft_ins/variables.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 using AircraftCalls = LibraryObject<hnav_aircraft, hnav_aircraft_destroy, hnav_aircraft_message, hnav_aircraft_state_size,
                                     hnav_aircraft_save, hnav_aircraft_load>;
 
-// What was seen of the inputs so far.
+// The inputs of earlier communication points.
 struct AircraftMemory {
     SamplingClock clock;         // of the plant's own samples
     double taken_for, taken_s;   // sample and time of the newest command
@@ -33,15 +33,15 @@ public:
         hnav_aircraft_options options = at_.parameters.options(values);
         options.seed = static_cast<std::uint64_t>(values[at_.seed]);
         if (!make(why, hnav_aircraft_create, &options, &model)) return false;
-        memory_.clock = {start_s, model.interval_s, periodic, 0, 1}; // sample 0 is there from the start
+        memory_.clock = {start_s, model.interval_s, periodic, 0, 1}; // sample 0 exists from the start
         memory_.taken_for = -1;
         return true;
     }
 
     // ------------------------------------------------------------------------------------------------ samples
 
-    // The command of an interval is that of the first point at or after its first sample, and of no later one: so finer
-    // communication steps change nothing. At that point itself the last word counts.
+    // The command of an interval is that of the first communication point at or after its first sample, so smaller
+    // communication steps change nothing. At that point the last value counts.
     bool take_samples(double* values, double t_s) override {
         if (!fly_to(t_s, nullptr)) return false; // said by what follows
         const double k = memory_.clock.due - 1;
@@ -80,7 +80,7 @@ public:
     }
 
 private:
-    // All samples up to t_s, so that the end of a step shows the sample that is due there. False: they are too many.
+    // Computes all samples up to t_s, so that the end of a step shows the sample that is due there. False: too many samples.
     bool fly_to(double t_s, Message* why) {
         SamplingClock clock = memory_.clock;
         double more; // beside the one

@@ -1,4 +1,4 @@
-// The variables of the AircraftIns FMU: outputs bear the names of the InsErrorFilter's inputs.
+// The variables of the AircraftIns FMU: its outputs have the names of the InsErrorFilter's inputs.
 #pragma once
 
 #include "adapter/outputs.hpp"
@@ -20,7 +20,7 @@ struct Counts {
     double non_finite;
 };
 
-// Inputs and parameters: where they stand in the table; of vectors, the first row. Outputs: what they show.
+// Rows of inputs and parameters; for vectors, the first row. Outputs: what they show.
 struct Variables {
     int command;
     int seed;

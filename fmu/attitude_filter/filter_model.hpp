@@ -1,4 +1,4 @@
-// An attitude filter of the C API behind the adapter's Model. Kind is described in kind.hpp.
+// An attitude filter of the C API as a Model of the adapter. kind.hpp describes Kind.
 #pragma once
 
 #include "adapter/estimate_model.hpp"
@@ -17,7 +17,7 @@ struct FilterMemory : EstimateMemory<Inputs::sensors> {
     double realign_level;
     double was_realigned; // in Model Exchange: the importer's states are still to be
     double now_s;         // of the last step
-    double behind;        // 1: outputs that look ahead to now_s are still to be brought there
+    double behind;        // 1: outputs of the look-ahead must still be computed for now_s
     UnitCheck units;
 };
 
@@ -55,7 +55,7 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
         const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         const bool was_realigned = rising(values[in_.realign], &memory_.realign_level);
         if (was_realigned) {
@@ -72,7 +72,7 @@ public:
 
     const char* implausible() const override { return memory_.units.finding(); }
 
-    // A gamma that is infeasible from the first corrections on stays so.
+    // An infeasible gamma remains infeasible from the first corrections on.
     bool judge(Message* what) override {
         hnav_diagnostics seen{};
         seen.size = sizeof seen;
@@ -86,7 +86,7 @@ public:
         return true;
     }
 
-    // The estimate alone: the look-ahead costs as much again, and not everybody reads it at every step.
+    // The estimate alone: the look-ahead doubles the cost, and it is not read at every step by all importers.
     bool advance(double t_s, Message* why) override {
         memory_.now_s = t_s;
         memory_.behind = 1;

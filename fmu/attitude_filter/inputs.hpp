@@ -1,4 +1,4 @@
-// Inputs and parameters of an FMU of an attitude filter. Beside the sampling, parameters are the options of the C API.
+// Inputs and parameters of an FMU of an attitude filter. Apart from the sampling, parameters are options of the C API.
 #pragma once
 
 #include "adapter/option_parameters.hpp"
@@ -6,9 +6,9 @@
 
 namespace hnav::fmu {
 
-// Where they stand in the table.
+// Their rows in the table.
 struct Inputs {
-    static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // that the FMU has inputs for
+    static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // sensors that the FMU has inputs for
     static constexpr const char* periods[sensors] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
     static constexpr const char* counters[sensors] = {"gyro.sample", "accel.sample", "mag.sample", "aid.sample"};
     SensorRows sensor[sensors]; // value: three components; of the heading aid: heading, sigma

@@ -10,7 +10,7 @@
 
 namespace hnav::fmu {
 
-// The options of a filter and the calls of the C API about them.
+// The options of a filter and their calls in the C API.
 template <class Options_, Options_ (*defaults_)(hnav_preset), const char* list,
           hnav_status (*create_)(hnav_filter**, const Options_*, char*, std::size_t)>
 struct KindOf {

@@ -1,4 +1,4 @@
-// Outputs of an FMU of an attitude filter: each row and what it shows of the filter's answers.
+// Outputs of an FMU of an attitude filter: each row and the answer of the filter that it shows.
 #pragma once
 
 #include "adapter/outputs.hpp"
@@ -7,7 +7,7 @@
 
 namespace hnav::fmu {
 
-// Calls of the C API that outputs are read from, so that a step costs only what is asked for.
+// Calls of the C API behind the outputs; a step makes only those that are needed.
 enum Group {
     attitude_group,
     bias_group,
@@ -38,7 +38,7 @@ public:
         if (Kind::has_field) describe_field(table);
     }
 
-    // missed: samples that the clocks of the FMU lost.
+    // missed: samples lost by the clocks of the FMU.
     void refresh(const hnav_filter* filter, unsigned groups, double start_s, double missed, double* values) const {
         attitude_.refresh(groups, values, [&](hnav_attitude* a) {
             *a = {sizeof(hnav_attitude), 0, {1, 0, 0, 0}, {0, 0, 0}, 0, {M_PI, M_PI, M_PI}, 0, 0, 0};
@@ -78,7 +78,7 @@ public:
         });
     }
 
-    // Derivatives along a direction of the state, of the rows that flow.
+    // Derivatives of the continuous rows along a direction of the state.
     void along(const hnav_filter* filter, const double* seed, double* rows) const {
         auto a = hnav_sized<hnav_shown_along>();
         if (hnav_filter_shown_along(filter, seed, &a) != HNAV_OK) return;
@@ -299,7 +299,7 @@ private:
         hnav_filter_gyro_bias(filter, bias, sigma);
         std::memset(P, 0, 36 * sizeof(double));
         for (int i = 0; i < 3; ++i) {
-            P[7 * i] = M_PI * M_PI; // no attitude: anything within half a turn
+            P[7 * i] = M_PI * M_PI; // no attitude: an error of up to half a turn
             P[7 * (i + 3)] = sigma[i] * sigma[i];
         }
     }

@@ -1,4 +1,4 @@
-// What the FMI layer costs: the same samples through the C API and through the FMU's own binary, loaded as an importer
+// Measures the cost of the FMI layer: the same samples through the C API and through the FMU's binary, loaded as an importer
 // loads it, in turn within one run.
 //
 //     fmi_bench FMU_BINARY [CSV]
@@ -35,7 +35,7 @@ Samples sample(int k) {
             {2e-5, 4.5e-5 * std::sin(a), 4.5e-5 * std::cos(a)}};
 }
 
-// read: the attitude, which asks for a look ahead to the end of the step.
+// read: the attitude, which includes the look-ahead to the end of the step.
 double c_api_us(bool read) {
     const hnav_hrekf_options options = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
     hnav_filter* filter;

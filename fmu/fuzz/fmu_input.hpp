@@ -1,5 +1,5 @@
-// What the targets of both FMI versions share: the token of this FMU, references and values of the fuzzer's, and a logger
-// that remembers whether a failure was explained.
+// Shared by the targets of both FMI versions: the token of this FMU, references and values from the fuzzer, and a logger that
+// records whether a failure was explained.
 #pragma once
 
 #include "adapter/instance.hpp"
@@ -34,7 +34,7 @@ inline const Description& description() {
 
 inline int messages = 0;
 
-// Mostly variables of the type that the call is about, so that calls get through; else any number.
+// Mostly variables of the type that the call sets, so that calls succeed; otherwise any number.
 inline unsigned reference(Input& in, hnav::fmu::Type type) {
     const hnav::fmu::Table& table = description().table;
     const int first = in.byte() * 256 + in.byte();
@@ -62,7 +62,7 @@ struct Setting {
     }
 };
 
-// What GetDirectionalDerivative is asked.
+// The arguments of GetDirectionalDerivative.
 struct Direction {
     unsigned unknowns[3], knowns[3];
     double seed[3], sensitivity[3];
@@ -79,7 +79,7 @@ struct Direction {
     }
 };
 
-// Of a variable: what its row promises.
+// Whether a value is in the range of its row.
 inline void look_at(unsigned reference, double value) {
     const hnav::fmu::Variable& v = description().table[static_cast<int>(reference) - 1];
     if (v.type == hnav::fmu::Type::enumeration && v.causality != hnav::fmu::Causality::input)
@@ -87,12 +87,12 @@ inline void look_at(unsigned reference, double value) {
     HOLDS(!std::isnan(value) || v.causality == hnav::fmu::Causality::input || v.type == hnav::fmu::Type::real);
 }
 
-// What is known of the times of an instance, to make steps that it takes.
+// Times of an instance, to make valid steps.
 struct Clock {
     double t_s = 0;
 
     double step(Input& in) { return in.choice(4) == 3 ? in.number() : 0.01 * (1 + in.choice(4)); }
-    double next(Input& in) { return in.choice(8) == 7 ? in.number() : t_s + step(in); } // of an integrator outside
+    double next(Input& in) { return in.choice(8) == 7 ? in.number() : t_s + step(in); } // of an external integrator
     double now(Input& in) { return in.choice(16) == 15 ? in.number() : t_s; }
 };
 

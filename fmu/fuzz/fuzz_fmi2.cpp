@@ -162,12 +162,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
           fuzz::messages > 0);
     Sequence s{fmi2Instantiate("fuzz", type, description().token, nullptr, &callbacks, fmi2False, fmi2True), {}, nullptr};
     HOLDS(s.c);
-    if (head & 4) { // straight to where steps are taken
+    if (head & 4) { // directly to step mode
         HOLDS(fmi2SetupExperiment(s.c, fmi2False, 0, 0, fmi2False, 0) == fmi2OK);
         HOLDS(fmi2EnterInitializationMode(s.c) == fmi2OK && fmi2ExitInitializationMode(s.c) == fmi2OK);
     }
     for (int calls = 0; calls < 100 && !in.end(); ++calls) s.call(in);
-    // Whatever came before, a reset makes it new.
+    // A reset succeeds after any calls.
     HOLDS(fmi2Reset(s.c) == fmi2OK && fmi2SetupExperiment(s.c, fmi2False, 0, 0, fmi2False, 0) == fmi2OK);
     HOLDS(fmi2EnterInitializationMode(s.c) == fmi2OK && fmi2ExitInitializationMode(s.c) == fmi2OK);
     if (type == fmi2CoSimulation) HOLDS(fmi2DoStep(s.c, 0, 0.01, fmi2True) == fmi2OK);

@@ -16,7 +16,7 @@ void log(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String text) {
 
 fmi3Instance in_callback = nullptr;
 
-// While a step is under way the importer may read, and must be refused whatever else it tries.
+// While a step is in progress the importer may read; all other calls must be refused.
 void intermediate(fmi3InstanceEnvironment, fmi3Float64 t_s, fmi3Boolean, fmi3Boolean get_allowed, fmi3Boolean, fmi3Boolean,
                   fmi3Boolean*, fmi3Float64*) {
     const fmi3ValueReference time = 1;
@@ -195,11 +195,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     HOLDS(!instantiate(head, head & 2 ? "{}" : nullptr) && fuzz::messages > 0);
     Sequence s{instantiate(head, description().token), {}, nullptr};
     HOLDS(s.c);
-    if (head & 4) // straight to where steps are taken
+    if (head & 4) // directly to step mode
         HOLDS(fmi3EnterInitializationMode(s.c, fmi3False, 0, 0, fmi3False, 0) == fmi3OK &&
               fmi3ExitInitializationMode(s.c) == fmi3OK);
     for (int calls = 0; calls < 100 && !in.end(); ++calls) s.call(in);
-    // Whatever came before, a reset makes it new.
+    // A reset succeeds after any calls.
     HOLDS(fmi3Reset(s.c) == fmi3OK);
     HOLDS(fmi3EnterInitializationMode(s.c, fmi3False, 0, 0, fmi3False, 0) == fmi3OK && fmi3ExitInitializationMode(s.c) == fmi3OK);
     s.clock.t_s = 0;

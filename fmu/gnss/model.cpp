@@ -1,4 +1,4 @@
-// The Gnss FMU: a receiver of satellites in a vehicle, whose samples are named like the inputs of the Ins.
+// The Gnss FMU: a satellite receiver in a vehicle, whose samples have the names of the Ins's inputs.
 #include "aid_sensor/sensor_model.hpp"
 
 namespace hnav::fmu {

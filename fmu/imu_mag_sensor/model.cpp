@@ -1,4 +1,5 @@
-// The ImuMagSensor FMU: truth becomes samples of gyroscope, accelerometer and magnetometer, named like a filter's inputs.
+// The ImuMagSensor FMU: samples of gyroscope, accelerometer and magnetometer from the true motion, named like a filter's
+// inputs.
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
@@ -16,9 +17,9 @@ enum Group { reading_group, parameter_group };
 using SensorCalls = LibraryObject<hnav_imu_mag_sensor, hnav_imu_mag_sensor_destroy, hnav_imu_mag_sensor_message,
                                   hnav_imu_mag_sensor_state_size, hnav_imu_mag_sensor_save, hnav_imu_mag_sensor_load>;
 
-// The library holds the clocks of the three sensors.
+// The clocks of the three sensors are part of the library object.
 struct SensorMemory {
-    double blind; // the truth was none at the newest look: what is due waits
+    double blind; // the truth was invalid at the last look: due samples wait
     double period_s[sensors], now_s;
 };
 
@@ -46,7 +47,7 @@ public:
         return true;
     }
 
-    // An invalid truth is no error: samples are taken once it is valid.
+    // An invalid truth is no error: samples wait for a valid one.
     bool take_samples(double* values, double t_s) override {
         auto truth = hnav_sized<hnav_truth>();
         std::memcpy(truth.q_nb, values + at_.q, sizeof truth.q_nb);
@@ -58,7 +59,7 @@ public:
     }
     double next_sample_s(const double*) const override {
         double next_s = no_bound;
-        if (memory_.blind == 0) hnav_imu_mag_sensor_next_event_s(object_, &next_s); // else it waits for a truth, not a time
+        if (memory_.blind == 0) hnav_imu_mag_sensor_next_event_s(object_, &next_s); // else it waits for a valid truth
         return next_s;
     }
 
@@ -72,7 +73,7 @@ public:
     }
 
     bool advance(double t_s, Message* why) override {
-        for (int s = 0; s < sensors; ++s) // slow errors go by every sample
+        for (int s = 0; s < sensors; ++s) // slow errors change with every sample
             if (!check_span(memory_.now_s, t_s, periods[s], memory_.period_s[s], why)) return false;
         memory_.now_s = t_s;
         return done(hnav_imu_mag_sensor_advance(object_, t_s), why);
@@ -128,7 +129,7 @@ private:
         if (model_info.clocks) table.put_on_clock(mark, value, t_meas);
         reading.add(table, output(Name(name, "valid"), Type::boolean, "There is a sample"),
                     [](const hnav_reading& r, double* row) { *row = r.count > 0; });
-        // Not beside the sample: a plug of a filter has the members above and no others.
+        // Separate from the sample: the terminal of a filter has exactly the members above.
         reading.add<&hnav_reading::missed>(
             table, output(Name("count", name, ".missed"), Type::integer, "Samples that a coarse communication step lost"));
         reading.add<&hnav_reading::dropped>(

@@ -1,4 +1,4 @@
-// Inputs and parameters of the Ins FMU. Beside the sampling, parameters are the options of the C API.
+// Inputs and parameters of the Ins FMU. Apart from the sampling, parameters are options of the C API.
 #pragma once
 
 #include "adapter/option_parameters.hpp"
@@ -8,7 +8,8 @@ namespace hnav::fmu {
 
 inline constexpr char option_list[] = "ins";
 
-// In the order in which samples of one communication point are taken: the force before the rate that takes it along.
+// In the order in which the samples of one communication point are taken: the force before the rate, because they are pushed
+// together.
 enum InsInput { in_accel, in_gyro, in_position, in_velocity, in_pressure, in_speed, in_heading, in_mag, ins_inputs };
 
 struct InsInputs {

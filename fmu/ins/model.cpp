@@ -40,7 +40,7 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && begin_anew();
+        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
         const bool was_reset = take_reset(values[in_.reset]) || mistaken;
         if (was_reset) memory_.has_force = 0;
         const bool taken = memory_.sampled.push_new(
@@ -67,7 +67,7 @@ public:
 private:
     static const char* name_of(int s, bool counted) { return counted ? InsInputs::counters[s] : InsInputs::periods[s]; }
 
-    // While the heading is unknown the axes are turned about the vertical by what is unknown.
+    // While the heading is unknown the navigation axes are turned about the vertical by the unknown angle.
     static void describe_states(StateRows& states) {
         for (const char* name : {"state.displacement[1]", "state.displacement[2]", "state.displacement[3]"})
             states.add(name, "m", 0, DependsOn::first_states,
@@ -84,7 +84,7 @@ private:
             memory_.has_force = 1;
             memory_.units.take_force(value);
             return HNAV_OK;
-        // A rate takes the newest force along: the library wants both at once.
+        // A rate is pushed with the newest force: the library takes both at once.
         case in_gyro:
             memory_.units.take_rate(t_s, value);
             return memory_.has_force != 0 ? hnav_filter_push_imu(object_, t_s, value, memory_.force) : HNAV_OK;

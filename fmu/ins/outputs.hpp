@@ -1,4 +1,4 @@
-// Outputs of the Ins FMU: each row and what it shows of the filter's answers.
+// Outputs of the Ins FMU: each row and the answer of the filter that it shows.
 #pragma once
 
 #include "adapter/outputs.hpp"
@@ -24,7 +24,7 @@ public:
         describe_counts(table);
     }
 
-    // missed: samples that the clocks of the FMU lost.
+    // missed: samples lost by the clocks of the FMU.
     void refresh(const hnav_filter* ins, unsigned groups, double missed, double* values) const {
         navigation_.refresh(groups, values, [&](hnav_navigation* n) {
             n->size = sizeof *n;
@@ -50,7 +50,7 @@ public:
         });
     }
 
-    // Derivatives along a direction of the state, of the rows that flow.
+    // Derivatives of the continuous rows along a direction of the state.
     void along(const hnav_filter* ins, const double* seed, double* rows) const {
         auto a = hnav_sized<hnav_navigation_along>();
         if (hnav_ins_navigation_along(ins, seed, &a) != HNAV_OK) return;
@@ -72,7 +72,7 @@ private:
         double missed;
     };
 
-    // Before there is a tilt: no estimate, and any error.
+    // Before the tilt is known there is no estimate, and any error is possible.
     static void show_nothing(hnav_navigation* n) {
         const auto now = *n;
         *n = hnav_sized<hnav_navigation>();

@@ -1,4 +1,4 @@
-// Twenty seconds of the aircraft with its coloured errors and faults, as its INS reads them.
+// Twenty seconds of the aircraft with coloured errors and faults in the readings of its INS.
 #include "adapter/example_input.hpp"
 #include "aircraft/data.hpp"
 

@@ -1,4 +1,4 @@
-// The InsErrorFilter FMU: the filter for coloured INS errors, made for one aircraft.
+// The InsErrorFilter FMU: the filter for coloured INS errors of one aircraft.
 #include "adapter/library_model.hpp"
 #include "ins_error_filter/variables.hpp"
 
@@ -8,7 +8,7 @@ namespace {
 using FilterCalls = LibraryObject<hnav_ins_error_filter, hnav_ins_error_filter_destroy, hnav_ins_error_filter_message,
                                   hnav_ins_error_filter_state_size, hnav_ins_error_filter_save, hnav_ins_error_filter_load>;
 
-// What was seen of the inputs so far.
+// The inputs of earlier communication points.
 struct FilterMemory {
     SamplingClock clock;
     double reset_level;
@@ -28,7 +28,7 @@ public:
         const hnav_aircraft_model model = at_.parameters.model(values);
         const hnav_aircraft_options plant_options = at_.parameters.options(values);
         clear();
-        // The plant has the values that its filter has to assume.
+        // The plant's parameters are those that its filter has to assume.
         hnav_aircraft* plant;
         if (hnav_aircraft_create(&plant, &plant_options, &model, why->text, sizeof why->text) != HNAV_OK) return false;
         auto filter_model = hnav_sized<hnav_ins_error_model>();
@@ -45,7 +45,7 @@ public:
 
     // ------------------------------------------------------------------------------------------------ samples
 
-    // A step of the filter takes no time, so that nothing is left for advance and jump.
+    // A filter step happens at one instant, so advance and jump have nothing to do.
     bool take_samples(double* values, double t_s) override {
         bool taken = false;
         const bool mistaken = memory_.clock.begins_to_count(values[at_.sample]);
@@ -120,26 +120,27 @@ private:
         for (int i = 0; i < nx; ++i) z[i] = NAN;
     }
 
-    // A control that is not a number leaves the one before it in force.
+    // A control of NaN leaves the previous one in force.
     void take_controls(const double* u) {
         for (int j = 0; j < nu; ++j)
             if (std::isfinite(u[j])) memory_.u[j] = u[j];
             else memory_.non_finite += 1;
     }
 
-    // One step of the model is one interval: samples that were lost pass as steps without a measurement. The first
-    // sample meets the prior, whenever it comes.
+    // A step of the model is one interval: lost samples are steps without a measurement. The first sample corrects the prior,
+    // whenever it arrives.
     void pass_lost(const NewSample& sample) {
         if (info().steps == 0) return;
         memory_.missed += sample.lost;
         double nothing[nx];
         no_measurement(nothing);
-        // After so many the start is forgotten, and a counter that jumps by millions must not stop the simulation.
+        // After so many steps the start no longer matters, and a counter that jumps by millions must not block the
+        // simulation.
         for (double k = std::fmin(sample.lost, 10000); k > 0; --k) step(nothing, sample.t_s - k * memory_.clock.period_s);
     }
 
     void step(const double* z, double stamp_s) {
-        // A step without an answer leaves the filter as it was; the model moves on without the measurement.
+        // A failed step leaves the filter unchanged; the model then propagates without the measurement.
         if (hnav_ins_error_filter_step(object_, memory_.u, z, nullptr) != HNAV_OK) {
             memory_.failed += 1;
             double nothing[nx];

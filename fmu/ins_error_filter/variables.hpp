@@ -1,4 +1,4 @@
-// The variables of the InsErrorFilter FMU: parameters are the options of the C API and what the aircraft's file says.
+// The variables of the InsErrorFilter FMU: parameters are options of the C API and values of the aircraft's file.
 #pragma once
 
 #include "adapter/option_parameters.hpp"
@@ -12,7 +12,7 @@ inline constexpr char option_list[] = "ins_error";
 using namespace rows;
 using aircraft::add_each, aircraft::states, aircraft::controls, aircraft::nx, aircraft::nu;
 
-// Calls of the C API that outputs are read from, so that a step costs only what is asked for.
+// Calls of the C API behind the outputs; a step makes only those that are needed.
 enum Group { estimate_group, lambda_group, innovation_group, noise_group, status_group };
 
 // The answers behind the outputs.
@@ -34,7 +34,7 @@ struct Counts {
     double samples, missed, non_finite, failed;
 };
 
-// Inputs and parameters: where they stand in the table; of vectors, the first row. Outputs: what they show.
+// Rows of inputs and parameters; for vectors, the first row. Outputs: what they show.
 struct Variables {
     int z, sample, t_meas, present, u, reset;
     int sampling_mode, options;
@@ -112,7 +112,7 @@ private:
         noise.add<&Noise::process_fault_probability>(
             table, output("process_fault_probability", "", "",
                           "Probability that state or coloured errors have increased process noise"));
-        // Three vectors, one behind the other, whose rows took the units of the states.
+        // Three consecutive vectors, whose rows have the units of the states.
         for (int row = scale; row < bias + nx; ++row) table.row(row).unit = table.row(row).display_unit = "";
         for (int i = 0; i < nx; ++i) table.row(scale + i).start = 1;
     }

@@ -1,4 +1,4 @@
-// The Observer FMU: estimates the states of the plant that lies in its resources. One binary for all plants.
+// The Observer FMU: estimates the states of the plant in its resources. One binary serves all plants.
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
 #include "observer/variables.hpp"
@@ -10,7 +10,7 @@ namespace {
 
 using namespace observer;
 
-// A plant with events may be unable to write down what it remembers: then states are snapshots, good for this observer alone.
+// A plant with events may be unable to serialise its memory: then states are snapshots, valid for this observer only.
 bool keeps_states(const hnav_filter* o) {
     double nothing;
     return hnav_filter_save(o, &nothing, 0) == HNAV_ERROR_UNSUPPORTED;
@@ -32,7 +32,7 @@ constexpr int max_channels = 62; // known inputs and sensors together
 // Sampled channels: the known inputs, then the sensors.
 struct ObserverMemory : EstimateMemory<max_channels> {
     double start_s;
-    double now_s, behind; // of the last step; 1: outputs that look ahead are still to be brought there
+    double now_s, behind; // of the last step; 1: outputs of the look-ahead must still be computed
     double keeps_states;  // 1: its saved states are snapshots
 };
 
@@ -73,12 +73,12 @@ public:
 
     // ------------------------------------------------------------------------------------------------ samples
 
-    // Inputs before sensors: an instant's sensor with feed-through sees the new input.
+    // Inputs before sensors: a sensor with feed-through at the same instant uses the new input.
     bool take_samples(double* values, double t_s) override {
         bool mistaken = false;
         for (int c = 0; c < channels(); ++c)
             mistaken |= memory_.sampled.begins_to_count(c, at(values, c, input_sample, sensor_sample));
-        bool taken = (mistaken && begin_anew()) | take_reset(values[at_.row(reset_command)]);
+        bool taken = (mistaken && restart()) | take_reset(values[at_.row(reset_command)]);
         for (int c = 0; c < channels(); ++c) {
             const bool valid = is_input(c) || values[at_.row(sensor_valid, sensor(c))] != 0;
             NewSample sample;
@@ -104,7 +104,8 @@ public:
         return trouble_[0] != '\0';
     }
 
-    // The estimate alone: the look-ahead asks the plant as often again, and not everybody reads it at every step.
+    // The estimate alone: the look-ahead doubles the number of plant calls, and it is not read at every step by all
+    // importers.
     bool advance(double t_s, Message* why) override {
         memory_.now_s = t_s;
         memory_.behind = 1;
@@ -168,7 +169,7 @@ public:
             "GetFMUState and SetFMUState work as they are");
         return false;
     }
-    // One of an observer that is gone went with it.
+    // A snapshot of a destroyed observer no longer exists.
     void release(const void* saved, std::size_t bytes) override {
         if (object_ && is_snapshot(saved, bytes))
             hnav_filter_release_snapshot(object_, static_cast<const char*>(saved) + sizeof memory_, bytes - sizeof memory_);
@@ -198,7 +199,7 @@ private:
                                  : at_.value(values, sensor_period, sensor(channel), 0);
     }
 
-    // A plant with events is asked for one whenever the importer has one.
+    // A plant with events is queried whenever the importer asks for an event.
     bool event_due(double t_s) const override {
         auto info = hnav_sized<hnav_observer_info>();
         hnav_observer_get_info(object_, &info);
@@ -216,7 +217,7 @@ private:
         return true;
     }
 
-    // What was made has as much of everything as the table says.
+    // The created observer must have the sizes of the table.
     bool fits_the_plan() const {
         std::int32_t nx = 0;
         auto info = hnav_sized<hnav_observer_info>();
@@ -254,8 +255,8 @@ private:
                                  : hnav_observer_push(object_, sensor(channel), t_s, value);
     }
 
-    // Samples that lead to no estimate are dropped and counted, and where the plant has no answer the estimate is held: the simulation
-    // goes on.
+    // Samples without a possible estimate are dropped and counted; while the plant fails, the estimate is held. The
+    // simulation continues.
     bool goes_on(hnav_status status, Message* why) override {
         if (status != HNAV_ERROR_SOLVER && status != HNAV_OK) return done(status, why);
         auto info = hnav_sized<hnav_observer_info>();
@@ -310,7 +311,7 @@ private:
         });
     }
 
-    // The index of an element counts through all of P, row by row.
+    // The index of an element numbers all of P, row by row.
     void show_covariance(double* values) const {
         double P[max_index * max_index];
         hnav_filter_covariance(object_, P);
@@ -324,7 +325,7 @@ private:
 
 } // namespace
 
-// The plant has no derivatives to offer; its states stand in its table.
+// The plant has no derivatives; its states are in its table.
 constexpr ModelInfo model_info = {
     "Observer", "Estimates the states of the plant inside", Experiment{0.01, 10}, States{0, 0}, true, false};
 Model* make_model() { return new Observer; }

@@ -116,7 +116,7 @@ void Variables::describe(Table& table) const {
     for (int i = 0; i < table_.size(); ++i) table.add(table_[i]);
 }
 
-// Null: the line is understood.
+// Null: the line is valid.
 const char* Variables::take(char* line) {
     char word[32] = "";
     int index = 0, used = 0;
@@ -148,7 +148,7 @@ const char* Variables::take_sizes(char* numbers) {
     return possible ? nullptr : "a size is impossible";
 }
 
-// How many a role may have; 0 before the sizes are known.
+// The largest index of a role; 0 before the sizes are known.
 int Variables::indices(Role role) const {
     const int N = sizes.estimated();
     switch (N > 0 ? kinds[role].index : Index::options) {
@@ -190,7 +190,7 @@ bool Variables::grow() {
     return true;
 }
 
-// Marks a state or a derivative. False: the next row is not the place for it.
+// Marks a state or a derivative. False: the row is out of order.
 bool Variables::flows(Variable& v, Role role, int index) {
     int& first = role == state ? first_state_ : first_derivative_;
     if (first < 0) first = table_.size();

@@ -11,7 +11,7 @@
 
 namespace hnav::fmu::observer {
 
-// What a variable is; words[] in variables.cpp names them in this order.
+// The role of a variable; words[] in variables.cpp names them in this order.
 enum Role {
     time_role,
     sensor_value,
@@ -89,14 +89,14 @@ public:
     bool read(const char* path, Message* why);
     void describe(Table& table) const;
 
-    // The row of a role, -1 where there is none.
+    // The row of a role, -1 if there is none.
     int row(Role role, int index = 0) const { return row_[role][index]; }
     const char* name(int row) const { return table_[row].name; }
     double value(const double* values, Role role, int index, double otherwise) const {
         return row(role, index) < 0 ? otherwise : values[row(role, index)];
     }
 
-    // Calls show(role, index, place in values) for the rows of the groups whose bits are set.
+    // Calls show(role, index, place in values) for the rows of the groups with set bits.
     template <class Show>
     void each(unsigned groups, double* values, Show show) const {
         for (int i = 0; i < table_.size(); ++i)

@@ -1,4 +1,4 @@
-// A motor that pushes to and fro for six seconds.
+// A motor torque that alternates for six seconds.
 #include "adapter/example_input.hpp"
 
 namespace hnav::fmu {

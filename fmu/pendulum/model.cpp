@@ -1,4 +1,4 @@
-// The Pendulum FMU: a plant for observers. Angle and rate flow; a sensor reads the angle with seeded noise.
+// The Pendulum FMU: a plant for observers. Angle and rate are continuous states; a sensor reads the angle with seeded noise.
 #include "adapter/model.hpp"
 #include "adapter/outputs.hpp"
 #include "adapter/rows.hpp"
@@ -20,7 +20,7 @@ struct Sample {
     double value, number, t_s;
 };
 
-// Eight-byte numbers, saved as they are.
+// Eight-byte numbers, saved bytewise.
 struct Memory {
     SamplingClock clock;
     Truth truth; // shown, at now_s
@@ -32,7 +32,7 @@ static_assert(sizeof(Memory) % 8 == 0);
 
 constexpr double longest_substep_s = 2e-3, most_substeps_per_sample = 100; // of a tenth of a microsecond
 
-// Number k of a seeded sequence of white noise: a function of both, so that a step that is taken back draws the same ones again.
+// Number k of a seeded sequence of white noise: a function of seed and k, so that a repeated step draws the same numbers.
 double normal(double seed, double k) {
     std::uint64_t words[2];
     std::uint64_t state = static_cast<std::uint64_t>(seed) * 0x9e3779b97f4a7c15ull ^ static_cast<std::uint64_t>(k);
@@ -79,7 +79,7 @@ public:
 
     bool initialise(const double* values, double start_s, bool, Message*) override {
         memory_ = {};
-        memory_.clock = {start_s, values[period_], periodic, 0, 1}; // the first sample is due after a period
+        memory_.clock = {start_s, values[period_], periodic, 0, 1}; // the first sample is due after one period
         memory_.truth = {{values[start_angle_], values[start_rate_]}};
         memory_.now_s = start_s;
         memory_.damping_1_s = values[damping_];
@@ -93,7 +93,7 @@ public:
 
     // ------------------------------------------------------------------------------------------------ time
 
-    // A drive that is not a number leaves the one before it in force.
+    // A drive of NaN leaves the previous one in force.
     bool take_samples(double* values, double) override {
         if (std::isfinite(values[drive_])) memory_.drive = values[drive_];
         return true;
@@ -167,7 +167,7 @@ private:
         return table.add(v);
     }
 
-    // The sample that is due at t_s, if one is.
+    // Takes the sample that is due at t_s, if there is one.
     void measure(double t_s) {
         NewSample due;
         if (!memory_.clock.take(t_s, 0, t_s, &due)) return;
@@ -175,7 +175,7 @@ private:
         memory_.sample = {memory_.truth.x[angle] + memory_.noise_rad * normal(memory_.seed, k), k, t_s};
     }
 
-    // Runge and Kutta's fourth order in equal steps.
+    // The classical Runge-Kutta method of order 4 in equal steps.
     void swing_to(double t_s) {
         const double interval_s = t_s - memory_.now_s, steps = std::ceil(interval_s / longest_substep_s);
         if (!(interval_s > 0)) return;

@@ -1,5 +1,5 @@
-// The Turntable FMU: true motion of a body on three axes. In Co-Simulation all of it is in closed form; in Model Exchange
-// the attitude is a state that the exact rate drives, and corners of the motion are time events.
+// The Turntable FMU: true motion of a body on three axes. In Co-Simulation it is in closed form; in Model Exchange the
+// attitude is a state driven by the exact rate, and corners of the motion are time events.
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
@@ -16,14 +16,14 @@ constexpr char option_list[] = "turntable";
 
 enum Group { truth_group };
 
-// The table itself has no history.
+// The table has no history.
 using TurntableCalls = LibraryObject<hnav_turntable, hnav_turntable_destroy, hnav_turntable_message>;
 
 struct TurntableMemory {
-    double piece_s; // in Model Exchange a piece holds until the event at its corner, so that the flow is smooth
+    double piece_s; // in Model Exchange a piece is held until the event at its corner, so that the derivative is smooth
     double model_exchange;
     hnav_truth truth; // shown
-    double length;    // of the attitude that it was shown for
+    double length;    // the attitude of the last show
 };
 
 class Turntable final : public LibraryModel<Model, TurntableCalls, TurntableMemory> {
@@ -75,14 +75,13 @@ public:
         for (int i = 0; i < 4; ++i) nominals[i] = 1;
     }
     bool derivatives(double t_s, const double* x, double* dx) const override { return derivatives_along(t_s, x, x, dx); }
-    // The flow is linear in the attitude.
+    // The derivative is linear in the attitude.
     bool derivatives_along(double t_s, const double*, const double* seed, double* out) const override {
         auto truth = hnav_sized<hnav_truth>();
         if (hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth) != HNAV_OK) return false;
         return hnav_quaternion_derivative(seed, truth.rate_b_rad_s, out) == HNAV_OK;
     }
-    // At a corner the rate jumps. An integrator that keeps its history over it goes on with derivatives of the piece before;
-    // it restarts where it is informed of changed states.
+    // At a corner the rate jumps. An integrator with a history restarts only when it is informed of changed states.
     bool jump(double t_s, double* x, bool* changed, Message* why) override {
         double corner_s = no_bound;
         hnav_turntable_next_corner_s(object_, memory_.piece_s, &corner_s);
@@ -95,8 +94,8 @@ public:
         see(t_s, x, &ignored);
     }
 
-    // Force and field are of second degree in the components of the attitude, whose length is taken out: their difference
-    // between two attitudes on both sides is the derivative exactly.
+    // Force and field are quadratic in the components of the attitude, whose length is removed: the difference of two values
+    // on both sides is the exact derivative.
     void rows_along(const double* seed, double* rows) const override {
         double q[4], turn[4], inner = 0, length = 0;
         std::memcpy(q, memory_.truth.q_nb, sizeof q);
@@ -108,7 +107,7 @@ public:
         hnav_quaternion_to_euler_along(q, turn, rows + euler_);
         if (!(length > 0)) return;
         for (const int side : {1, -1}) {
-            double to[4], force[3], field[3]; // of length sqrt(2): products of two components are halves of what they were
+            double to[4], force[3], field[3]; // of length sqrt(2): products of two components are halves of their earlier values
             for (int i = 0; i < 4; ++i) to[i] = q[i] + side * turn[i] / length;
             hnav_turntable_seen_from(object_, to, force, field);
             for (int i = 0; i < 3; ++i) {
@@ -121,7 +120,7 @@ public:
 private:
     double piece_s(double t_s) const { return memory_.model_exchange != 0 ? memory_.piece_s : t_s; }
 
-    // Truth at t_s, in the attitude x where one is given.
+    // Truth at t_s, at the attitude x if given.
     bool see(double t_s, const double* x, Message* why) {
         auto truth = hnav_sized<hnav_truth>();
         if (!done(hnav_turntable_in_piece(object_, piece_s(t_s), t_s, &truth), why)) return false;

@@ -1,6 +1,6 @@
-// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or on a given path over the turning Earth. Place and
-// course flow: they are the states of Model Exchange, and in Co-Simulation they are carried along a grid of times, so that steps
-// change nothing.
+// The Vehicle FMU: truth of a car, an aircraft, a ship, a body at rest or on a given path over the rotating Earth. Position
+// and course are the states of Model Exchange; in Co-Simulation they are integrated on a fixed grid of times, so that
+// communication steps change nothing.
 #include "adapter/library_model.hpp"
 #include "adapter/option_parameters.hpp"
 #include "adapter/outputs.hpp"
@@ -21,10 +21,10 @@ constexpr double grid_s = 0.03125;
 
 using VehicleCalls = LibraryObject<hnav_vehicle, hnav_vehicle_destroy, hnav_vehicle_message>;
 
-// The vehicle itself has no history.
+// The vehicle has no history.
 struct VehicleMemory {
-    double start_s, points; // of the grid that are behind
-    double x[states]; // at the newest of them; in Model Exchange at the newest event
+    double start_s, points; // completed steps of the grid
+    double x[states]; // at the last of them; in Model Exchange at the last event
     hnav_vehicle_truth truth;
 };
 
@@ -106,7 +106,7 @@ public:
     }
 
 private:
-    static constexpr int way_points = 32; // parameters of the kind way
+    static constexpr int way_points = 32; // parameters of the kind "way"
 
     void describe_way(Table& table) {
         using namespace rows;
@@ -153,7 +153,7 @@ constexpr ModelInfo model_info = {
     Experiment{0.01, 60},
     States{states, states},
     true,
-    false}; // who integrates a vehicle has nothing to correct by derivatives
+    false}; // an importer that integrates a vehicle needs no directional derivatives
 Model* make_model() { return new Vehicle; }
 
 } // namespace hnav::fmu

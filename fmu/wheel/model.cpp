@@ -1,4 +1,4 @@
-// The Wheel FMU: speed along the body of a vehicle, by its wheels.
+// The Wheel FMU: speed along the body axis of a vehicle from its wheels.
 #include "aid_sensor/sensor_model.hpp"
 
 namespace hnav::fmu {

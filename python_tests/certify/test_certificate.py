@@ -372,29 +372,30 @@ def test_an_inequality_that_holds_holds_for_every_correction(record):
 
 
 def test_remainders_are_paid_for_by_decay(record):
-    """With less decay asked the same corrections hold a larger region; what is answered is verified anew from P and tau alone."""
+    """With less decay asked the same corrections hold a larger region; what is answered is verified again from P and tau alone."""
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
     inequality = SampledDataInequality(steady, 2.0)
     rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
     P, tau, least = inequality.solve(0.1 * rate, 0.05)
     assert P.shape == (1, 6, 6) and multipliers_hold(tau[0]) and np.linalg.eigvalsh(P[0, :3, :3])[-1] <= tau[0, -1]
-    anew = SampledDataInequality(steady, 2.0).smallest_eigenvalues(P, tau, 0.1 * rate, 0.05)
-    assert len(anew) == 50 and anew.min() == pytest.approx(least) and least >= 0
+    again = SampledDataInequality(steady, 2.0).smallest_eigenvalues(P, tau, 0.1 * rate, 0.05)
+    assert len(again) == 50 and again.min() == pytest.approx(least) and least >= 0
     assert inequality.solve(0.9 * rate, 0.05) is None
 
 
 def test_the_progress_of_each_stage_grows_and_ends_full(record):
-    told: dict[str, list[tuple[int, int]]] = {}
+    reported: dict[str, list[tuple[int, int]]] = {}
     expected: list[float] = []
     found = certify(
         GainRecord(record.name, record.corrections[192:], 0.0),
-        lambda what, done, of: told.setdefault(what, []).append((done, of)),
+        lambda what, done, of: reported.setdefault(what, []).append((done, of)),
         starts=2,
-        announce=lambda seconds: expected.append(seconds if not told else -1.0),
+        announce=lambda seconds: expected.append(seconds if not reported else -1.0),
     )
     assert expected[0] > 0.05 and expected[0] < 5 * found.seconds < 25 * expected[0]
-    assert list(told) == ["decay rate", "region", "longest interval", "starts"]
-    for steps in told.values():
+    assert found.processor_s > 0
+    assert list(reported) == ["decay rate", "region", "longest interval", "starts"]
+    for steps in reported.values():
         assert [done for done, _ in steps] == sorted(done for done, _ in steps)
         assert steps[-1][0] == steps[-1][1]
 
@@ -518,8 +519,8 @@ def test_what_holds_at_every_place_holds_for_the_product_over_every_window():
     spans = np.diff(np.cumsum(inequality.T)[windows.ends()], prepend=0)
     rate = 0.1 * (-np.log(spectral_radii(inequality)) / spans).min()
     P, tau, least = inequality.solve(rate, 0.05)
-    anew = SampledDataInequality(thinned, 2.0).smallest_eigenvalues(P, tau, rate, 0.05)
-    assert anew.min() == pytest.approx(least) and least >= 0
+    again = SampledDataInequality(thinned, 2.0).smallest_eigenvalues(P, tau, rate, 0.05)
+    assert again.min() == pytest.approx(least) and least >= 0
     for M, T in zip(windows.products(inequality.M), spans):
         assert np.linalg.eigvalsh(np.exp(-2 * rate * T) * P[0] - M.T @ P[0] @ M)[0] >= 0
     assert np.abs(np.linalg.eigvals(inequality.M[0])).max() == pytest.approx(1)  # no single P falls at a correction by force

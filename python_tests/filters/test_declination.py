@@ -31,7 +31,7 @@ def test_it_has_the_published_values(height_km, latitude, longitude, year, decli
 
 @pytest.mark.parametrize(
     "place, year, says",
-    [((0, 0), 2014.9, "serves from 2015 to 2030"), ((0, 0), 2030.1, "2030"), ((2, 0), 2026, "latitude_rad = 2"),
+    [((0, 0), 2014.9, "covers 2015 to 2030"), ((0, 0), 2030.1, "2030"), ((2, 0), 2026, "latitude_rad = 2"),
      ((math.radians(-64.1), math.radians(135.9)), 2026, "no compass")],
 )  # fmt: skip
 def test_it_refuses_what_no_issue_serves(place, year, says):

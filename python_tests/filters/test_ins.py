@@ -21,6 +21,7 @@ from studies.ins.faults import outcomes
 from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes
 from studies.ins.motions import RATE_HZ
+from studies.ins.tilt import tilt
 from studies.ins.vehicles import Truth, fixes, ideal, vehicle
 from studies.ins.wheels import outages
 
@@ -493,6 +494,10 @@ def test_a_wrong_compass_and_wrong_first_fixes_cost_no_time_and_wheels_save_some
 def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
     found = figures(list(experiment(kind, "industrial", 12, 5, 1)))
     assert found.early_tilt_z2 < 2 and found.tilt_z2 < 3 and found.false == 0
+
+
+def test_the_tilt_of_trains_that_depart_gently_is_as_good_as_it_says():
+    assert np.mean([tilt("train", "industrial", seed).mean_z2 for seed in (4, 11, 16)]) < 1.5
 
 
 def test_faults_of_the_satellites_leave_nothing_behind():

@@ -23,9 +23,9 @@ def test_known_noise_lies_within_the_stated_bounds():
     """20 recordings of 10 min of each of three grades, three axes: of 540 bounds 95 % hold. ./run study noise does 200 of each."""
     found = {grade: bounds(grade, 20, 600.0) for grade in GRADES}
     held = {name: np.mean([of[name].held for of in found.values()]) for name in TERMS}
-    told = {name: np.mean([of[name].stated for of in found.values()]) for name in TERMS}
+    stated = {name: np.mean([of[name].stated for of in found.values()]) for name in TERMS}
     assert min(held.values()) > 0.92 and np.mean(list(held.values())) >= 0.95, held
-    assert told["white"] == 1 and told["instability"] > 0.7 and told["walk"] < 0.5
+    assert stated["white"] == 1 and stated["instability"] > 0.7 and stated["walk"] < 0.5
     assert max(abs(of["white"].ratio - 1) for of in found.values()) < 0.05
 
 
@@ -65,11 +65,13 @@ def test_the_command_writes_a_sensor_file_that_is_one(tmp_path):
     done = hnav("noise", path, "--gyro-unit", "rad/s", "--out", out, "--report", page)
     assert done.returncode == 0, done.stderr
     assert "random walk" in done.stdout and "too short for the" in done.stdout and page.stat().st_size > 1e6
-    told = json.loads(out.read_text())
-    assert told["gyro"]["noise"]["value"] == pytest.approx(7e-3, rel=0.05) and told["gyro"]["noise"]["unit"] == "deg/s/sqrt(Hz)"
-    assert told["gyro"]["period"] == {"value": 10.0, "unit": "ms"} and "random_walk" not in told["gyro"]
-    assert told["mag"]["noise"]["value"] == pytest.approx(50, rel=0.05)
-    assert read_grade(out).corrections["mag"].matrix[0, 0] == 2 and told["name"] == "mine"
+    stated = json.loads(out.read_text())
+    assert (
+        stated["gyro"]["noise"]["value"] == pytest.approx(7e-3, rel=0.05) and stated["gyro"]["noise"]["unit"] == "deg/s/sqrt(Hz)"
+    )
+    assert stated["gyro"]["period"] == {"value": 10.0, "unit": "ms"} and "random_walk" not in stated["gyro"]
+    assert stated["mag"]["noise"]["value"] == pytest.approx(50, rel=0.05)
+    assert read_grade(out).corrections["mag"].matrix[0, 0] == 2 and stated["name"] == "mine"
     # Every entry and unit is one of the format, and means the same there.
     for sensor, entries in ENTRIES.items():
         for entry, unit, _ in entries.values():

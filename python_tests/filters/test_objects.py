@@ -248,7 +248,7 @@ def test_a_second_run_says_that_the_filter_wants_a_reset(filter, motion):
     arrays = (m.t_s, m.rate_b_rad_s, m.force_b_m_s2, m.field_b_tesla)
     f = Filter(filter)
     first = f.run(*arrays)
-    with pytest.raises(HnavRuntimeError, match="t_s begins at 0 s, before the time that this filter stands at: reset"):
+    with pytest.raises(HnavRuntimeError, match="t_s begins at 0 s, before the time of this filter: reset"):
         f.run(*arrays)
     f.reset()
     np.testing.assert_array_equal(f.run(*arrays).q_nb, first.q_nb)

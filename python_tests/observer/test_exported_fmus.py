@@ -402,9 +402,8 @@ def test_an_observer_of_the_most_numbers_shows_all_of_its_covariance(tmp_path, v
     path, observer = tmp_path / "o.fmu", Observer(plan)
     observer.export(path, version, period_s=STEP_S, covariance=True)
     # The schemas take minutes for so many variables, whose kinds other tests hold against them.
-    names = [variable.name for variable in fmpy.read_model_description(str(path), validate=False).modelVariables]
-    assert len(set(names)) == len(names)
     with Fmu(path) as fmu:
+        assert len(fmu.variables) == len(fmu.description.modelVariables)
         fmu.initialise()
         for k in range(4):
             for name in ("x0", "x20"):

@@ -46,20 +46,20 @@ def test_the_same_as_an_fmu_with_tuned_noises(plants, tmp_path):
 def test_the_command_names_the_interval(box):
     page = box / "page.html"
     pytest.importorskip("plotly", reason="Plotly is not installed: no pages")
-    told = command("observe", box / "box.py", "--plan", box / "plan.toml", "--data", box / "recording.csv", "--report", page)
-    assert told.returncode == 0, told.stderr
-    assert "G_box was beyond 3 sigma of its usual 0.9" in told.stdout
-    assert "from 2406 s (2020-09-13 13:06:49 UTC) to 2604 s (2020-09-13 13:10:07 UTC)" in told.stdout
-    assert "T2 reads 0.28 more than expected in the median: offset = -0.28 in its table takes it away" in told.stdout
-    assert "not in the plan, and not used: fan_on" in told.stdout
+    printed = command("observe", box / "box.py", "--plan", box / "plan.toml", "--data", box / "recording.csv", "--report", page)
+    assert printed.returncode == 0, printed.stderr
+    assert "G_box was beyond 3 sigma of its usual 0.9" in printed.stdout
+    assert "from 2406 s (2020-09-13 13:06:49 UTC) to 2604 s (2020-09-13 13:10:07 UTC)" in printed.stdout
+    assert "T2 reads 0.28 more than expected in the median: offset = -0.28 in its table takes it away" in printed.stdout
+    assert "not in the plan, and not used: fan_on" in printed.stdout
     assert 'id="findings"' in page.read_text() and 'id="events"' not in page.read_text()
 
 
 def test_a_file_of_python_is_a_plant(box, tmp_path):
-    told = command("observe", box / "box.py")
-    assert told.returncode == 0 and "box.py: functions in Python, 2 states" in told.stdout
+    printed = command("observe", box / "box.py")
+    assert printed.returncode == 0 and "box.py: functions in Python, 2 states" in printed.stdout
     plan = tmp_path / "plan.toml"
-    plan.write_text(told.stdout[told.stdout.index("[plant]") :])
+    plan.write_text(printed.stdout[printed.stdout.index("[plant]") :])
     fits = command("observe", box / "box.py", "--plan", plan)
     assert fits.stdout == "box.py and plan.toml fit: heater, air by air\n", fits.stderr
     (tmp_path / "none.py").write_text("x = 1\n")
@@ -131,8 +131,8 @@ def test_moments_are_told_from_an_origin():
 def test_the_study_has_a_row(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
     monkeypatch.setattr(thermal_box, "tune", lambda plan, *_: type("Tuned", (), {"plan": plan}))
-    told = answered(thermal_box.main, "--runs", "1", "--hours", "0.75")
-    assert told.returncode == 0 and "functions in Python" in told.stdout, told.stderr
+    printed = answered(thermal_box.main, "--runs", "1", "--hours", "0.75")
+    assert printed.returncode == 0 and "functions in Python" in printed.stdout, printed.stderr
 
 
 def test_times_of_recordings(tmp_path):
@@ -196,5 +196,5 @@ def test_tables_that_are_none(tmp_path, text, said):
 
 def test_events_that_sigma_does_not_go_through_are_told():
     assert unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=0))) == []
-    told = unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))
-    assert len(told) == 1 and told[0].startswith("7 events came beyond the fiftieth of an interval")
+    printed = unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))
+    assert len(printed) == 1 and printed[0].startswith("7 events came beyond the fiftieth of an interval")

@@ -82,7 +82,7 @@ def test_derivatives_that_lie_are_found_and_named(plants, little_fmu):
         proof = observer.proof()
         assert proof["derivatives_by_states"].exact
         assert not proof["outputs_by_states"].exact
-        assert (proof["outputs_by_states"].told, proof["outputs_by_states"].measured) == (0, pytest.approx(1))
+        assert (proof["outputs_by_states"].stated, proof["outputs_by_states"].measured) == (0, pytest.approx(1))
         assert observer.lies() == ["outputs by states: the plant says d x0 / d x0 = 0, differences 1; differences are used"]
     lies = Observer(little_plan(little_fmu, "lies"))
     (sentence,) = lies.lies()
@@ -283,11 +283,11 @@ def test_an_fmu_that_exists_once_in_a_process(tmp_path):
     ("change", "said"),
     [
         (
-            {"interface": "CoSimulation", "attributes": 'canGetAndSetFMUstate="true"'},
-            "offers Co-Simulation only: the observer integrates by itself, export it for Model Exchange .its modelDescription.xml needs a "
-            "ModelExchange element., or write its derivatives as functions",
+            {"interface": "CoSimulation"},
+            "offers Co-Simulation only and cannot get and set its state .canGetAndSetFMUstate.: export it for Model Exchange, or write its "
+            "derivatives as functions",
         ),
-        ({"interface": "Nothing"}, "offers no Model Exchange"),
+        ({"interface": "Nothing"}, "offers neither Model Exchange nor Co-Simulation"),
         ({"folder": "win64"}, r"has no binary for linux64 \(it has win64\)"),
         ({"attributes": 'needsExecutionTool="true"'}, "needs its tool at run time"),
         ({"indicators": 2}, "it has 2 state events and cannot save its state .canGetAndSetFMUstate.: export it with that"),

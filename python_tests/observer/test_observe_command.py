@@ -25,28 +25,28 @@ def files(little_fmu, tmp_path):
 
 
 def test_an_fmu_is_told_and_its_first_plan_is_one(little_fmu, tmp_path):
-    told = hnav("observe", little_fmu)
-    assert told.returncode == 0
+    printed = hnav("observe", little_fmu)
+    assert printed.returncode == 0
     for line in (
         "little.fmu: Little, FMI 2, 2 states", "states: x [m], v", "sensors may be: x [m], y [m], v", "inputs: u, d",
         "parameters that may be estimated: k", "exported as tunable: mode",
     ):  # fmt: skip
-        assert line in told.stdout
+        assert line in printed.stdout
     plan = tmp_path / "plan.toml"
-    plan.write_text(told.stdout)
+    plan.write_text(printed.stdout)
     fits = hnav("observe", little_fmu, "--plan", plan)
     assert (fits.returncode, fits.stdout) == (0, "little.fmu and plan.toml fit: x, v by x\n")
 
 
 def test_a_proof_is_told(little_fmu, files):
-    told = hnav("observe", little_fmu, "--prove")
-    assert "# derivatives by states: right (worst: " in told.stdout
-    assert tomllib.loads(told.stdout)["plant"] == {"fmu": "little.fmu"}
+    printed = hnav("observe", little_fmu, "--prove")
+    assert "# derivatives by states: right (worst: " in printed.stdout
+    assert tomllib.loads(printed.stdout)["plant"] == {"fmu": "little.fmu"}
     plan = files[0]
     plan.write_text(TEXT.replace("mode = 0", "mode = 5"))
-    told = hnav("observe", little_fmu, "--plan", plan, "--prove")
-    assert "the plant says d der(v) / d v = 0.3, differences -0.3" in told.stdout
-    assert "derivatives by states: wrong, differences are used" in told.stdout
+    printed = hnav("observe", little_fmu, "--plan", plan, "--prove")
+    assert "the plant says d der(v) / d v = 0.3, differences -0.3" in printed.stdout
+    assert "derivatives by states: wrong, differences are used" in printed.stdout
 
 
 def test_a_table_of_samples_becomes_a_table_of_estimates(little_fmu, files):

@@ -6,6 +6,7 @@ import pytest
 import hnav
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
+from hnav.filters.plant import Row
 from hnav.native.options import option_rows
 from observer.test_fmu_plants import T_S, samples, spring, spring_plan
 
@@ -126,3 +127,61 @@ def test_rows_without_a_sample_do_not_begin_the_estimate():
     assert np.allclose(run.x["x"], [1.0, 1.0, np.exp(-1.0)])
     given = hnav.Observer(plan, start_mode="given", start_time_s=0.0).run(t, {"x": np.full(3, np.nan)})
     assert np.allclose(given.x["x"], np.exp(-t))
+
+
+def at_one_point(function):
+    """The same function; the array that it answers forbids Python's numbers."""
+    return lambda *at: np.array(function(*at), float, ndmin=1)
+
+
+@pytest.mark.parametrize("log", [False, True])
+def test_functions_get_pythons_numbers_and_give_the_same(log):
+    """Within a bound and by its logarithm too, with an input in between that the plan does not have."""
+
+    def derivatives(t, x, u, p):
+        kinds.add(type(x[0]))
+        return x[1], -p[1] * x[0] - p[0] * x[1] ** 2 + u[1] + 0 * u[0]
+
+    kinds, runs = set(), []
+    for one in (derivatives, at_one_point(derivatives)):
+        plant = hnav.Plant(
+            one, lambda t, x, u, p: (x[1], x[0]), states={"x": 1.0, "v": 0.0}, sensors=["v", "x"],
+            inputs={"a": 7.0, "b": 0.0}, parameters={"c": 0.3, "k": 4.0},
+        )  # fmt: skip
+        plan = hnav.Plan(plant).sensor("x", noise=0.1).input("b").state("x", start_sigma=0.1, max=1.5).state("v", noise=0.1)
+        plan.parameter("k", start_sigma=0.5, log=log)
+        runs.append(Observer(plan).run(T_S, {"x": samples()}, {"b": np.sin(T_S)}))
+    assert kinds == {float, np.float64}
+    for name in runs[0].x:
+        assert runs[0].x[name] == pytest.approx(runs[1].x[name], rel=1e-9, abs=1e-12)
+
+
+def test_what_pythons_numbers_cannot_do_numpys_do():
+    """Roots, quotients, whole arrays: at the start, or only later."""
+
+    def fails_later(t, x, u, p):
+        return x[1], -4 * x[0] + (0.0 if x[0] < 1e9 and t < 0.5 else 0 * np.float64(1) * x[0].real + 0 * (x * 0).sum())
+
+    def of_arrays(t, x, u, p):
+        assert x.shape == (2,)
+        return x[1], -4 * x.copy()[0] + 0 * (2 * x)[1] + 0 * x[:1].sum()
+
+    runs = []
+    for derivatives in (lambda t, x, u, p: (x[1], -4 * x[0]), fails_later, of_arrays):
+        plan = pendulum(derivatives)
+        runs.append(Observer(plan).run(T_S, {"angle": 0.3 * np.cos(2 * T_S)}).x["rate"])
+    assert np.allclose(runs[1], runs[0], rtol=1e-12) and np.allclose(runs[2], runs[0], rtol=1e-12)
+
+
+def test_an_array_of_pythons_numbers_is_an_array():
+    row = Row([1.0, 2.0, 3.0])
+    a = np.array([1.0, 2.0, 3.0])
+    assert [type(value) for value in (*row, row[0], row[-1])] == [float] * 5
+    for found, expected in (
+        (2 * row, 2 * a), (row + row, a + a), (-row, -a), (row @ row, a @ a), (np.eye(3) @ row, a), (row[1:], a[1:]), (2 * row[:2], 2 * a[:2]),
+        (np.sin(row), np.sin(a)), (row.copy() * 2, 2 * a), (row > 1.5, a > 1.5), (row[[0, 2]], a[[0, 2]]), (row**2, a**2),
+    ):  # fmt: skip
+        assert type(found) is type(expected) and np.array_equal(found, expected)
+    assert not Row([0.0])
+    with pytest.raises(ValueError, match="truth value"):
+        bool(row)

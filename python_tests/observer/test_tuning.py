@@ -127,8 +127,8 @@ def test_noises_on_the_command_line(little_fmu, tmp_path):
     plan, data = tmp_path / "plan.toml", tmp_path / "data.csv"
     plan.write_text(TEXT)
     pd.DataFrame({"t_s": T_S[:600], "x": recording()[:600]}).to_csv(data, index=False)
-    told = command("observe", little_fmu, "--plan", plan, "--data", data, "--tune")
-    assert told.returncode == 0, told.stderr
-    assert '[sensor."x"]\nnoise = 0.0' in told.stdout and '[state."v"]\nnoise = 0.' in told.stdout
-    assert "predicted over 10 samples: mean NIS" in told.stdout and "the model holds" in told.stdout
+    printed = command("observe", little_fmu, "--plan", plan, "--data", data, "--tune")
+    assert printed.returncode == 0, printed.stderr
+    assert '[sensor."x"]\nnoise = 0.0' in printed.stdout and '[state."v"]\nnoise = 0.' in printed.stdout
+    assert "predicted over 10 samples: mean NIS" in printed.stdout and "the model holds" in printed.stdout
     assert command("observe", little_fmu, "--plan", plan, "--tune").returncode == 2

@@ -12,7 +12,7 @@ from hnav.rotations import quaternion_product
 from studies.bench import motions
 from studies.bench.__main__ import main
 from studies.bench.contenders import Contender, Estimate, own_contender
-from studies.bench.motions import KINDS, RATE_HZ, motion
+from studies.bench.motions import KINDS, RATE_HZ, motion, sensor_of
 from studies.bench.rows import run_trial
 
 
@@ -64,16 +64,34 @@ def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain
     assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
 
 
+@pytest.mark.parametrize("kind", ["tumble", "quadrotor"])
+def test_with_the_datasheet_of_its_sensors_the_stated_sigma_is_the_error(kind):
+    own, sensor = run_trial(
+        "MOTION", motion(kind, 0), RATE_HZ, [own_contender(f"ahrs:solver=closed_form:body=own{w}") for w in ("", ":sensor=own")]
+    )
+    assert own.tilt_z2 < sensor.tilt_z2 and 0.2 < sensor.tilt_z2 < 2
+
+
+def test_the_datasheet_of_a_recording_that_is_not_simulated_is_not_known(broad_trial):
+    assert not sensor_of(broad_trial) and sensor_of(motion("head", 0))["gyro_noise_rad_per_sqrt_s"] == 5e-5
+
+
 @pytest.mark.parametrize("kind, seed", [("car", 21), ("boat", 1), ("arm", 1)])
-def test_the_tilt_of_an_unknown_body_is_ready_no_sooner_than_that_of_a_hand_and_estimates_are_the_same(kind, seed):
+def test_an_unknown_body_is_ready_no_sooner_than_a_hand_and_estimates_are_the_same(kind, seed):
     recording = motion(kind, seed)
     unknown, hand = (own_contender(f"ahrs:solver=closed_form{w}").estimate(recording, RATE_HZ) for w in ("", ":body=hand"))
     np.testing.assert_array_equal(unknown.q_nb, hand.q_nb)
     np.testing.assert_array_equal(unknown.sigma_rad, hand.sigma_rad)
-    np.testing.assert_array_equal(unknown.ready[:, 1], hand.ready[:, 1])
-    assert not (unknown.ready[:, 0] & ~hand.ready[:, 0]).any()
-    later = (hand.ready[:, 0] & ~unknown.ready[:, 0]).any()
-    assert later == (kind != "arm")  # an arm turns faster than vehicles do
+    assert not (unknown.ready & ~hand.ready).any()
+    later = (hand.ready & ~unknown.ready).any(axis=0)
+    assert later.tolist() == [kind != "arm"] * 2  # an arm turns faster than vehicles do
+
+
+@pytest.mark.parametrize("kind, seed", [("car", 29), ("aircraft", 2), ("aircraft", 18)])
+def test_an_unknown_vehicle_is_not_ready_while_it_is_wrong(kind, seed):
+    """A start in motion, after which the tilt is wrong for minutes, and a rest that is followed by a straight take-off."""
+    (row,) = run_trial("MOTION", motion(kind, seed), RATE_HZ, [own_contender("ahrs:solver=closed_form")])
+    assert row.inclination_deg > 1 and row.tilt_ready > 0.05 and row.tilt_wrong == row.heading_wrong == 0
 
 
 @pytest.mark.parametrize("arguments, named", [

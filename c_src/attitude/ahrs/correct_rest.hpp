@@ -29,15 +29,23 @@ bool AhrsModelOf<R>::is_field_still(State& s) const {
     return s.still_field.note(field_b, s.field_s);
 }
 
-// A rest of an unknown body ends the variance of a vehicle when the field has been constant in body axes for longer than a bend would allow.
+// Whether an unknown body rests, if it is a vehicle: the field has been constant in body axes for longer than a bend would allow, and the
+// force is vertical.
 template <class R>
-void AhrsModelOf<R>::note_vehicle(State& s, bool rests) const {
+bool AhrsModelOf<R>::is_vehicle_at_rest(State& s, bool rests) const {
     constexpr R bend_s = 2;
     if (!is_field_still(s)) s.still_field.still_s = 0;
-    if (rests && (s.still_field.still_s > bend_s || s.used[mag] == 0)) s.vehicle_tilt.tilt2 = 0;
-    if (!(s.vehicle_tilt.tilt2 > 0)) return;
+    if (!rests || !(s.still_field.still_s > bend_s || s.used[mag] == 0)) return false;
+    const Vector3R level = rotation_matrix<R>(QuaternionR(s.x)) * Vector3R(s.rest.mean_force) / R(gravity_m_s2);
+    return s.vehicle_tilt.is_level(level.data());
+}
+
+template <class R>
+void AhrsModelOf<R>::note_vehicle(State& s, const Correction& c, bool rests) const {
+    const R rest_density2 = is_vehicle_at_rest(s, rests) ? s.motion.density2(density_.velocity_density2, true) : 0;
     const R turn2 = density_.gyro_psd * s.x[13] + density_.gyro_rate_psd * s.rate_power;
-    s.vehicle_tilt.note(s.rate_power, turn2, R(gravity_m_s2), s.x[13]);
+    const R gathered[] = {s.velocity[0] - s.lasting.before[0], s.velocity[1] - s.lasting.before[1]};
+    s.vehicle_tilt.note(gathered, c.error.data() + rotation, s.rate_power, turn2, rest_density2, R(gravity_m_s2), s.x[13]);
 }
 
 // A vehicle at constant velocity is as quiet as one at rest. The velocity state is therefore relative to that at the begin of the rest.

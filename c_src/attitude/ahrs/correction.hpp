@@ -30,7 +30,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
         correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
     }
 
-    if (s.vehicle_tilt.tilt2 > 0) note_vehicle(s, rests);
+    if (!s.lost && s.vehicle_tilt.is_possible()) note_vehicle(s, c, rests);
     s.rests = rests;
     apply(s, c.error);
     s.lasting.turn(s.velocity, c.error[rotation], c.error[rotation + 1], R(gravity_m_s2));

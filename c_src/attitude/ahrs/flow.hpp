@@ -2,6 +2,9 @@
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
+#include "attitude/common/attitude_flow.hpp"
+
+#include <algorithm>
 
 namespace hnav {
 
@@ -13,35 +16,19 @@ void AhrsModelOf<R>::nominal(R* x) const {
 
 template <class R>
 void AhrsModelOf<R>::flow(const State& s, const R* x, R* dx) const {
-    if (!s.started) {
-        for (int i = 0; i < nx; ++i) dx[i] = 0;
-        return;
-    }
-    const QuaternionR q(x);
-    Eigen::Map<QuaternionR> q_rate(dx);
-    q_rate = quaternion_rate<R>(q, turn_rate(s));
-    Eigen::Map<Matrix3R>(dx + 4) = rotation_matrix<R>(q);
-    dx[13] = 1;
+    if (s.started) AttitudeFlow<R>::derivative(turn_rate(s), x, dx);
+    else std::fill(dx, dx + nx, R(0));
 }
 
 template <class R>
 void AhrsModelOf<R>::flow_along(const State& s, const R* x, const R* direction, R* out) const {
-    for (int i = 0; i < nx; ++i) out[i] = 0;
-    if (!s.started) return;
-    const QuaternionR q(x), dq(direction);
-    Eigen::Map<QuaternionR> q_rate(out);
-    q_rate = quaternion_rate<R>(dq, turn_rate(s));
-    Eigen::Map<Matrix3R>(out + 4) = rotation_matrix_along<R>(q, dq);
+    if (s.started) AttitudeFlow<R>::along(turn_rate(s), x, direction, out);
+    else std::fill(out, out + nx, R(0));
 }
 
 template <class R>
 void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
-    const R T = R(interval_s);
-    const HeldTurn<R> turn(turn_rate(s), T);
-    const QuaternionR q(s.x);
-    Eigen::Map<Matrix3R>(s.x + 4).noalias() += rotation_matrix<R>(q) * turn.integral;
-    Eigen::Map<QuaternionR>(s.x) = multiply<R>(q, turn.q);
-    s.x[13] += T;
+    AttitudeFlow<R>::exactly(turn_rate(s), R(interval_s), s.x);
 }
 
 // Coning: if the axis of rotation turns, the mean rate of an interval misses a rotation, which follows from the rate of the interval

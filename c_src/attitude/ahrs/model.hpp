@@ -151,7 +151,7 @@ private:
 
     bool tilt_ready(const State& s) const {
         return tilt_converged(s, s.tilt_excess.variance) &&
-               s.vehicle_tilt.tilt2 < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
+               s.vehicle_tilt.square() < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
                !s.lasting.may_accelerate(R(gravity_m_s2));
     }
     // added: variance in addition to that of P, rad^2
@@ -168,8 +168,13 @@ private:
     // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
         return s.heading_confirmed != 0 && !has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s) &&
-               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + reference_variance(s), s.information.heading,
-                           R(options_.ready_heading_rad));
+               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + reference_variance(s) + tilted_field_variance(s),
+                           s.information.heading, R(options_.ready_heading_rad));
+    }
+    // Of the heading by a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
+    static R tilted_field_variance(const State& s) {
+        if (!s.vehicle_tilt.is_possible() || s.used[heading] > 0) return 0;
+        return s.vehicle_tilt.square() * s.reference[1] * s.reference[1] / (s.reference[0] * s.reference[0]);
     }
 
     // Variance of the heading in addition to P: the reference may be false.
@@ -256,7 +261,8 @@ private:
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp
     bool is_field_still(State& s) const;
-    void note_vehicle(State& s, bool rests) const;
+    bool is_vehicle_at_rest(State& s, bool rests) const;
+    void note_vehicle(State& s, const Correction& c, bool rests) const;
     void begin_rest(State& s, Correction& c) const;
     void correct_rest(State& s, Correction& c) const;
 

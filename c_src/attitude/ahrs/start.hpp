@@ -54,6 +54,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.reference_variance = s.contradicted_s = 0;
     s.motion.forget_velocity();
     s.lasting.forget_velocity();
+    s.vehicle_tilt.forget_velocity();
     s.tilt_excess = {};
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
@@ -156,7 +157,7 @@ void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
     const R cosine = std::cos(angle_rad), sine = std::sin(angle_rad);
     for (R* v : {s.velocity, s.motion.velocity, s.motion.mean_force, s.field.candidate, s.lasting.before, s.lasting.velocity[0],
                  s.lasting.velocity[1], s.lasting.velocity[2], s.lasting.lasting[0], s.lasting.lasting[1], s.lasting.lasting[2],
-                 s.lasting.mean_force, s.lasting.force, s.tilt_excess.corrected}) {
+                 s.lasting.mean_force, s.lasting.force, s.tilt_excess.corrected, s.vehicle_tilt.tilt, s.vehicle_tilt.velocity}) {
         const R north = v[0], east = v[1];
         v[0] = cosine * north - sine * east;
         v[1] = sine * north + cosine * east;

@@ -180,7 +180,7 @@ void HrekfCorrection<R>::apply(bool sees_tilt, bool sees_heading) {
     q.normalize();
     Eigen::Map<Vector3Of<R>>(s_.bias) += segment<3>(now_.mean, 3);
     s_.repaired += repair<6>(now_.P);
-    s_.error_map.jump(interval_s_, kept_, s_.x + HrekfPlaces::A, s_.P);
+    s_.error_map.jump(interval_s_, kept_, s_.x + AttitudeFlow<R>::A, s_.P);
     pack<6>(now_.P.transpose(), s_.P); // what is below the diagonal
     s_.previous_bias_trace = block<3, 3>(now_.P, 3, 3).trace();
 

@@ -1,7 +1,10 @@
 // Between events: the attitude and the integral of its rotation matrix under the held rate.
 #pragma once
 
+#include "attitude/common/attitude_flow.hpp"
 #include "attitude/hrekf/model.hpp"
+
+#include <algorithm>
 
 namespace hnav {
 
@@ -14,36 +17,19 @@ void HrekfModelOf<R>::nominal(R* x) const {
 
 template <class R>
 void HrekfModelOf<R>::flow(const State& s, const R* x, R* dx) const {
-    if (!s.started) {
-        for (int i = 0; i < nx; ++i) dx[i] = 0;
-        return;
-    }
-    const QuaternionR q(x);
-    Eigen::Map<QuaternionR> q_rate(dx);
-    q_rate = quaternion_rate<R>(q, turn_rate(s));
-    Eigen::Map<Matrix3R>(dx + Place::A) = rotation_matrix<R>(q);
-    dx[Place::t] = 1;
+    if (s.started) AttitudeFlow<R>::derivative(turn_rate(s), x, dx);
+    else std::fill(dx, dx + nx, R(0));
 }
 
 template <class R>
 void HrekfModelOf<R>::flow_along(const State& s, const R* x, const R* direction, R* out) const {
-    for (int i = 0; i < nx; ++i) out[i] = 0;
-    if (!s.started) return;
-    const QuaternionR q(x), dq(direction);
-    Eigen::Map<QuaternionR> q_rate(out);
-    q_rate = quaternion_rate<R>(dq, turn_rate(s));
-    Eigen::Map<Matrix3R>(out + Place::A) = rotation_matrix_along<R>(q, dq);
+    if (s.started) AttitudeFlow<R>::along(turn_rate(s), x, direction, out);
+    else std::fill(out, out + nx, R(0));
 }
 
-// Exact, because the rate is held.
 template <class R>
 void HrekfModelOf<R>::flow_exactly(State& s, double interval_s) const {
-    const R T = R(interval_s);
-    const HeldTurn<R> turn(turn_rate(s), T);
-    const QuaternionR q(s.x);
-    Eigen::Map<Matrix3R>(s.x + Place::A).noalias() += rotation_matrix<R>(q) * turn.integral;
-    put_q(s, multiply<R>(q, turn.q));
-    s.x[Place::t] += T;
+    AttitudeFlow<R>::exactly(turn_rate(s), R(interval_s), s.x);
 }
 
 } // namespace hnav

@@ -34,7 +34,7 @@ public:
     static constexpr int nx = hrekf_nx;
     static constexpr int sensors = heading + 1; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
-    using Place = HrekfPlaces;
+    using Place = AttitudeFlow<R>;
     using State = HrekfState<R>;
     using Options = hnav_hrekf_options;
     using Covariance = Square<6, R>; // of (theta, b): rotation error about the navigation axes, gyro bias error

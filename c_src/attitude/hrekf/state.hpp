@@ -1,6 +1,7 @@
 // Settings of the paper's filter, derived from its options, and its state.
 #pragma once
 
+#include "attitude/common/attitude_flow.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
 #include "attitude/hrekf/error_map.hpp"
@@ -16,11 +17,7 @@
 
 namespace hnav {
 
-// Places in the continuous states: q, then since the last correction A, the integral of R_bn (column by column), and the time.
-struct HrekfPlaces {
-    static constexpr int A = 4, t = 13;
-};
-constexpr int hrekf_nx = 14;
+constexpr int hrekf_nx = AttitudeFlow<double>::nx;
 
 // Squares of the noise densities, which each sample needs.
 template <class R>
@@ -108,7 +105,7 @@ struct HrekfState {
     std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
     bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
     void forget_integrals() {
-        std::fill(x + HrekfPlaces::A, x + hrekf_nx, R(0));
+        std::fill(x + AttitudeFlow<R>::A, x + hrekf_nx, R(0));
         std::fill(C, C + 9, R(0));
         std::fill(N, N + 6, R(0));
         std::fill(walk_A, walk_A + 9, R(0));

@@ -40,17 +40,20 @@ HNAV_API hnav_observer_options hnav_observer_defaults(void);
  * there is no value at this point (the solver tries a nearer one), as for a number that is not finite; -1 if there is none at
  * all. The same point must give the same values. Must not call the observer that calls it. */
 typedef int (*hnav_plant_function)(void* context, double t_s, const double* x, const double* u, const double* p, double* values);
+/* The same at several points of one time: x, u, p and values have a row for each. Any other answer than 0: they are asked one by one. */
+typedef int (*hnav_plant_points_function)(void* context, int32_t count, double t_s, const double* x, const double* u,
+                                          const double* p, double* values);
 
 typedef struct hnav_plant {
-    size_t size;              /* of this struct; set by the caller */
-    int32_t n_states;         /* 1 or more */
-    int32_t n_inputs;         /* all of them */
+    size_t size; /* of this struct; set by the caller */
+    int32_t n_states; /* 1 or more */
+    int32_t n_inputs; /* all of them */
     int32_t n_unknown_inputs; /* the last of the inputs: not sampled, but estimated */
-    int32_t n_parameters;     /* estimated ones */
-    int32_t n_outputs;        /* sensors, 1 or more */
-    void* context;            /* handed to the functions */
+    int32_t n_parameters; /* estimated ones */
+    int32_t n_outputs; /* sensors, 1 or more */
+    void* context; /* handed to the functions */
     hnav_plant_function derivatives; /* n_states */
-    hnav_plant_function outputs;     /* n_outputs */
+    hnav_plant_function outputs; /* n_outputs */
     /* Derivatives of either by X: n_states x N and n_outputs x N, row-major. Null: differences. create compares them
      * with differences and does not use wrong ones; see hnav_observer_proof. */
     hnav_plant_function derivatives_jacobian;
@@ -69,6 +72,11 @@ typedef struct hnav_plant {
                                                           infinite for none. Null: never */
     void (*get_discrete)(void* context, double* discrete);
     void (*set_discrete)(void* context, const double* discrete);
+
+    /* For functions that cost more to call than to evaluate: all points of a Jacobian by differences in one call. The values have to be
+     * those of derivatives and outputs. Null: one call for each point. */
+    hnav_plant_points_function derivatives_at_points;
+    hnav_plant_points_function outputs_at_points;
 } hnav_plant;
 
 /* Copied by create. Lengths: N unless stated otherwise. Null selects the default where there is one. */
@@ -185,7 +193,7 @@ typedef struct hnav_observer_block_proof {
     int32_t offered; /* by the plant */
     int32_t exact; /* confirmed by differences at five points; otherwise differences are used instead */
     int32_t row, column; /* of the worst element: derivative or output, number of X */
-    double told, measured; /* value of the plant, value by differences */
+    double stated, measured; /* value of the plant, value by differences */
 } hnav_observer_block_proof;
 HNAV_API hnav_status hnav_observer_proof(const hnav_filter* filter, hnav_plant_block block, hnav_observer_block_proof* proof);
 

@@ -40,6 +40,6 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
         ("attenuation", number(found.attenuation), f"error energy over disturbance energy; gamma^2 = {bound}"),
         ("solver-free rate", number(float(free.min()), " 1/s"), f"by the filter's own covariance, at the slowest correction; median {number(float(np.median(free)))}"),
         ("theorem as printed", "holds" if printed.holds else "fails", f"d > 0 never; d < 0 needs a flow that contracts by {printed.needed_flow_rate_1_s:.3g} 1/s, it has {printed.flow_rate_1_s:.3g}"),
-        ("search", f"{found.seconds:.1f} s" if found.solves else "-", f"{found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
+        ("search", f"{found.seconds:.1f} s" if found.solves else "-", f"{found.processor_s:.1f} s of processor time, {found.solves} programs over up to {found.vertices} corrections; least eigenvalue over all {number(found.smallest_eigenvalue)}"),
     ]  # fmt: skip
     return [row for row in rows if row[1] != "-"]

@@ -1,4 +1,6 @@
-"""The command `hnav`: what there is, the version, and how errors end. A command's own module is loaded when it is called."""
+"""The command `hnav`: the list of commands, the version, and the handling of errors. A command's module is loaded when it is
+called.
+"""
 
 from __future__ import annotations
 
@@ -57,21 +59,21 @@ def shared(
 
 
 def be_quiet(wanted: bool) -> None:
-    # Rich takes a while to load, which a command does anyway.
+    # Loading Rich takes time; a command loads it anyway.
     from hnav.cli.console import be_quiet
 
     be_quiet(wanted)
 
 
 def _typed(name: str, text: str, function: Any) -> Any:
-    """A command as typer makes it of the arguments of a function."""
+    """A command made by typer from the arguments of a function."""
     alone = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     alone.command(name, help=text)(function)
     return typer.main.get_command(alone)
 
 
 class _Later(TyperCommand):
-    """A command that the overview shows; its module is loaded when it is called."""
+    """A command in the overview; its module is loaded when it is called."""
 
     def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
         return load(str(self.name)).make_context(info_name, args, *more, **extra)
@@ -111,8 +113,9 @@ def root(
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """One line on stderr and exit code 2 for everything that the user can mend."""
-    # The matrices are small: further threads of BLAS only wait, which costs as much processor time again. Read when NumPy is loaded.
+    """One line on stderr and exit code 2 for every error that the user can correct."""
+    # The matrices are small: further threads of BLAS only wait, which doubles the processor time. NumPy reads this variable
+    # when it is loaded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     typed = list(sys.argv[1:] if arguments is None else arguments)
     answer("hnav", partial(app, prog_name="hnav"), typed or ["--help"])

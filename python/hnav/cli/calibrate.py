@@ -91,7 +91,7 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
     if out is not None:
         write_sensor(out, {"mag": found.correction}, data.name)
     if picture is not None:
-        # Matplotlib takes longer to load than everything else here.
+        # Loading Matplotlib takes longer than all other work here.
         from hnav.reports.calibration_picture import draw_calibration
         from hnav.reports.plots import save
 
@@ -102,7 +102,7 @@ def calibrate_field(recording: Path, data: Recording, out: Path | None, picture:
 
 
 def matters(finding: Finding) -> bool:
-    """Whether a finding is about what a calibration takes: force and field, of which one may have hard iron, and no rates."""
+    """Whether a finding is about samples that a calibration uses: force and field, which may have hard iron; not rates."""
     return finding.sensor in ("accel", "mag") and finding.code not in UNCALIBRATED
 
 

@@ -1,5 +1,6 @@
-"""hnav compare: errors of attitudes and places against a reference, clocks and frames aligned as far as it is asked for; or of a filter on
-all trials of a folder."""
+"""hnav compare: errors of attitudes and positions against a reference, after the requested alignment of clocks and frames; or
+of a filter on all trials of a folder.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What a shell proposes after the Tab key: names of filters, options, engines, systems, scenarios and grades.
+"""Completions of the Tab key: names of filters, options, engines, systems, scenarios and grades.
 
-hnav --install-completion sets it up for bash, zsh, fish and PowerShell. What is loaded here is loaded at each Tab.
+hnav --install-completion sets it up for bash, zsh, fish and PowerShell. These modules are loaded at each Tab.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def among(*words: str) -> Callable[[str], list[str]]:
 
 
 def option_names(ctx: Any, incomplete: str) -> list[str]:
-    """NAME= of the filter that is named before; its choices after it."""
+    """NAME= of the filter named before; its choices after it."""
     from hnav.filters.options import option_table
 
     filter = ctx.params.get("filter") or "ahrs"
@@ -54,10 +54,10 @@ def grade_names(ctx: Any, incomplete: str) -> list[str]:
 
 
 def _sets(ctx: Any, kind: str, incomplete: str) -> list[str]:
-    """Of the system that is named before."""
+    """Names for the system named before."""
     from hnav.systems.ssp_reader import read_system, system_path
 
-    # Where an option still lacks its value, the words before it are not given to arguments yet.
+    # While an option lacks its value, the words before it are not assigned to arguments yet.
     named = ctx.params.get("system") or next(iter(ctx.args), "")
     try:
         with read_system(system_path(named)) as system:

@@ -8,18 +8,18 @@ from rich.status import Status
 from rich.table import Table
 
 console = Console()
-# Largest width of a table in characters in a pipe, which has no width of its own.
+# Largest width in characters of a table in a pipe, which has no width.
 WIDTH_OF_A_PIPE = 140
 
 
 def be_quiet(wanted: bool) -> bool:
-    """Whether what follows is printed; errors and warnings on stderr are."""
+    """Whether the following lines are printed; errors and warnings on stderr always are."""
     console.quiet = wanted
     return wanted
 
 
 def say(text: str) -> None:
-    """One line, whatever the width of the terminal, without colours or markup of its own."""
+    """One line, whatever the width of the terminal, without colours or markup."""
     console.print(text, highlight=False, soft_wrap=True, markup=False)
 
 

@@ -32,7 +32,7 @@ from hnav.systems.simulation import Run, simulate, write_run
 
 SYSTEM, RECOMMENDED = "turntable", "ahrs"
 SEEDS = range(1, 6)
-# Scenarios of the system; the page is about the last.
+# Scenarios of the system; the page shows the last.
 SCENARIOS = {"nominal": "in a true field", "magnetic_disturbance": "with 0.3 of the field false for 10 s"}
 
 
@@ -74,7 +74,7 @@ def has_screen() -> bool:
 
 
 def show_own(file: Path, data: Recording, settings: dict[str, str], warnings: list[str], out: Path) -> Path:
-    """Figures and page of the AHRS for the user's file."""
+    """Results and page of the AHRS for the user's file."""
     page = out / f"{file.stem}.html"
     refuse_overwriting([page], [file])
     result = run_ahrs(data, settings)
@@ -97,7 +97,7 @@ def run_ahrs(data: Recording, settings: dict[str, str]) -> Result:
 
 
 def show_devices(settings: dict[str, str], out: Path) -> None:
-    """Two recordings of devices that people wear, beside the devices' own attitude."""
+    """Two recordings of worn devices, with the devices' own attitude."""
     try:
         wheel = find_wheel()
     except WheelUnavailable as reason:
@@ -131,7 +131,7 @@ def show_device(found: DeviceRecording, settings: dict[str, str], out: Path) -> 
 
 
 def show_closed_loop(out: Path) -> Path:
-    """Filters against the truth over some seeds, and the page of the run in the middle."""
+    """Filters against the truth over some seeds, and the page of the median run."""
     from hnav.reports.page import write_report
 
     say(

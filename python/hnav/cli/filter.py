@@ -56,7 +56,7 @@ FORMS = (".csv", *PARQUET, TUM, GPX)
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
 """Formats of devices whose z axis points up at rest."""
 LEVEL = 0.7  # of the mean force along z
-WARNED_S = 1.0  # a sensor that was not ok for longer gives a warning
+WARNED_S = 1.0  # a sensor that was faulty for longer gives a warning
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
@@ -122,7 +122,7 @@ def command(
 
 
 def expanded(recordings: list[str]) -> list[Path]:
-    """Files and folders, patterns by what they match. Raises UsageError for a pattern that matches nothing."""
+    """Files and folders, with patterns expanded. Raises UsageError for a pattern that matches nothing."""
     paths: list[Path] = []
     for text in recordings:
         if Path(text).exists() or not any(mark in text for mark in "*?["):
@@ -135,7 +135,7 @@ def expanded(recordings: list[str]) -> list[Path]:
 
 
 def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
-    """One recording into its table and its page; what it was read as. Raises HnavError or UsageError."""
+    """Filters one recording into its table and its page; returns how it was read. Raises HnavError or UsageError."""
     check_names(recording, out, report, wanted)
     filter, reading, preset = wanted.filter, wanted.reading, wanted.preset
     option_table(filter)  # refuses what is no filter
@@ -149,7 +149,7 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
     navigation.refuse_of_ins(gnss=wanted.gnss, truth=wanted.truth, outages=wanted.outages)
     engine, step, smooth = wanted.engine, wanted.step, wanted.smooth
     corrected, made = wanted.corrected(), made_of(recording, wanted)
-    whole = report or smooth or engine != "c" or step  # a page, hindsight, and the loop of an FMU need all rows at once
+    whole = report or smooth or engine != "c" or step  # a page, smoothing, and an FMU need all rows at once
     table = None if whole else reading.long_table(recording, corrected)
     if table is not None and out is not None:
         warnings = warnings_of(recording, table.findings, wanted.strict, wanted.force)
@@ -190,7 +190,7 @@ def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) 
 
 
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
-    """What --filter ins writes and prints; what the recording was read as, "" where nothing is written. Raises HnavError or UsageError."""
+    """Output of --filter ins; returns how the recording was read, "" if nothing is written. Raises HnavError or UsageError."""
     if wanted.outages is not None and wanted.truth is None:
         raise UsageError(f"--outages {wanted.outages}: errors are against a truth: add --truth FILE")
     read = navigation.navigate(recording, out, report, wanted) if out is not None or report is not None else ""
@@ -221,7 +221,9 @@ class Outcome:
 
 
 def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]) -> Outcome:
-    """Filters a long table in pieces, with a progress bar: memory does not grow with it. The file equals that of a whole run."""
+    """Filters a long table in pieces, with a progress bar: memory does not grow with its length. The file equals that of a
+    whole run.
+    """
     run, tally = LibraryRun(options), Tally()
 
     def parts() -> Iterator[Run]:
@@ -278,7 +280,7 @@ def made_of(recording: Path, wanted: Wanted) -> list[str]:
 
 
 def warnings(found: list[Finding]) -> list[str]:
-    """A line for each sensor that was not ok for more than WARNED_S in all, with the cure of what lasted longest."""
+    """A line for each sensor that was faulty for more than WARNED_S in all, with the remedy for its longest fault."""
     lines = []
     for sensor in dict.fromkeys(finding.sensor for finding in found):
         own = [finding for finding in found if finding.sensor == sensor]
@@ -289,7 +291,7 @@ def warnings(found: list[Finding]) -> list[str]:
 
 
 def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:
-    """A warning when the requested gamma was infeasible at most corrections: then the limit acts instead of it."""
+    """A warning when the requested gamma was infeasible at most corrections: then the limit applies instead."""
     raised, corrections = (counts.get(name, 0) for name in ("gamma_raised", "corrections"))
     if not raised > 0.5 * corrections > 0:
         return []

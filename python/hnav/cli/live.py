@@ -169,7 +169,7 @@ class Live:
         self._check(rows)
 
     def show(self, source: LiveSource, stalled_s: float) -> None:
-        """The newest row to the page."""
+        """Sends the newest row to the page."""
         if self.page is None or not self._newest:
             return
         now_s = time.monotonic()
@@ -184,7 +184,7 @@ class Live:
         self.page.show({**self._newest, **state, "stalled": stalled_s if stalled_s > STALL_S else 0})
 
     def end(self) -> None:
-        """Waits for a check that is under way: the interpreter must not end while a thread runs in a library of C++."""
+        """Waits for a running check: the interpreter must not end while a thread is inside a C++ library."""
         if self._checking is not None:
             self._checking.join()
 
@@ -210,7 +210,7 @@ class Live:
             self._begin = None
 
     def _say_findings(self, rows: Array) -> None:
-        """Checks in a thread of its own: a check takes longer than samples may wait."""
+        """Checks in a separate thread: a check takes longer than samples may wait."""
         found = self._filter.findings(self._reading.check(self._filter.recording(rows)))
         warn(lines_of([finding for finding in found if finding.level != "note"]))
 
@@ -239,8 +239,9 @@ def ended_by_signals() -> Iterator[threading.Event]:
 
 
 def run(live: Live, source: LiveSource, until_s: float, ended: threading.Event) -> None:
-    """Until the source ends, or the time, or the user ends it. Raises HnavError when the lines are no samples, and when the filter cannot
-    go on."""
+    """Runs until the source ends, the time is over, or the user stops it. Raises HnavError when the lines are no samples, or
+    when the filter fails.
+    """
     watch = Watch(live, source)
     shown_s = time.monotonic()
     while (now_s := time.monotonic()) < until_s and not ended.is_set():
@@ -291,7 +292,7 @@ class Watch:
 
 
 def json_lines(table: Mapping[str, np.ndarray]) -> list[str]:
-    """A line for each row, by the names and with the digits of the table of hnav filter; null where there is no number."""
+    """A line for each row, with the names and digits of the table of hnav filter; null for a missing number."""
     text = ", ".join(f'"{name}": {shape}' for name, shape in formats_of(table).items())
     rows = zip(*(values.tolist() for values in table.values()))
     return ["{" + (text % row).replace(": nan", ": null") + "}" for row in rows]
@@ -304,7 +305,7 @@ def print_lines(lines: list[str]) -> None:
 
 
 class Record:
-    """A new table of samples in SI units, written row by row: what was written stays, however the session ends."""
+    """A new table of samples in SI units, written row by row: written rows are kept, however the session ends."""
 
     def __init__(self, path: Path, columns: Sequence[str]):
         try:

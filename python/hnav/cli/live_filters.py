@@ -1,4 +1,4 @@
-"""The filters behind hnav live: rows in, the columns of the table of hnav filter and the state of a page out."""
+"""The filters of hnav live: rows in, the columns of the table of hnav filter and the state of the page out."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ Table = Mapping[str, np.ndarray]
 
 
 class LiveFilter(Protocol):
-    """A filter over rows that arrive."""
+    """A filter over arriving rows."""
 
     def recording(self, rows: Array) -> Recording:
-        """Rows as LiveLines has them."""
+        """Rows in the format of LiveLines."""
 
     def go_on(self, recording: Recording) -> Table:
         """The columns of the estimates for these rows. Raises HnavError and UsageError."""
 
     def state(self, table: Table) -> dict[str, Any]:
-        """Of the newest row, for the page."""
+        """State of the newest row, for the page."""
 
     def samples(self, recording: Recording) -> dict[str, int]:
         """Sample counts of each sensor whose health is shown."""
 
     def findings(self, found: list[Finding]) -> list[Finding]:
-        """Those that matter to the filter."""
+        """Findings that are relevant to the filter."""
 
     def warnings(self) -> list[str]:
-        """At the end."""
+        """Lines at the end of the session."""
 
 
 def live_filter(options: Options) -> LiveFilter:
@@ -111,7 +111,7 @@ class _Navigation:
         self._ran: NavigationRun | None = None
         self._run: InsRun | None = None
         self._seen = {*HEALTH_SENSORS[:2], AIDING[0]}
-        """What is shown: what no source has is not missing."""
+        """Sensors to show: a sensor that no source has is not reported as missing."""
 
     def recording(self, rows: Array) -> Recording:
         made = recording_of_rows(rows)

@@ -32,15 +32,16 @@ Row = dict[str, str]
 
 @dataclass(frozen=True)
 class Job:
-    """One recording, and the table that it becomes."""
+    """One recording, and the table made from it."""
 
     recording: Path
     table: Path
 
 
 def filter_many(recordings: Sequence[Path], folder: Path, wanted: Wanted, workers: int, scheduler: str | None) -> None:
-    """Tables, index.csv and index.html in the folder. Raises HnavError or UsageError, also when no recording could be filtered, and
-    Interrupted when the user ended it; the same call then goes on."""
+    """Writes tables, index.csv and index.html into the folder. Raises HnavError or UsageError, also when no recording could
+    be filtered, and Interrupted when the user stopped it; the same call then continues.
+    """
     work = [Job(path, folder / name) for path, name in zip(recordings, table_names(recordings))]
     refuse_overwriting([job.table for job in work], recordings)
     seen = hashlib.sha256(repr([(str(p), p.stat().st_size, p.stat().st_mtime_ns) for p in recordings if p.exists()]).encode())
@@ -75,7 +76,7 @@ def _rows(work: Sequence[Job], wanted: Wanted, workers: int, scheduler: str | No
 
 
 def table_names(recordings: Sequence[Path]) -> list[str]:
-    """Of the tables: the names of the recordings, with as many folders before them as make them differ."""
+    """Names of the tables: those of the recordings, with as many parent folders as distinguish them."""
     names, depth = [path.stem for path in recordings], 1
     while len(set(names)) < len(names) and depth < max(len(path.parts) for path in recordings):
         depth += 1

@@ -31,7 +31,7 @@ NAME = INS
 SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
 PAIRED = "gyroscope and accelerometer come in lines of their own, and live the INS needs both in one: record the samples, and filter the file"
-# Said of an attitude filter's recording alone: navigation has no use for a magnetometer.
+# A finding about recordings for attitude filters only: the INS does not need a magnetometer.
 OF_THE_FIELD = "mag"
 
 
@@ -78,7 +78,7 @@ def refuse(**given: object) -> None:
 
 
 def refuse_of_ins(**given: object) -> None:
-    """Raises UsageError for what an attitude filter has no use for. given: options by name, None if they were not."""
+    """Raises UsageError for options without effect on an attitude filter. given: options by name, None if they were not."""
     for name, value in given.items():
         if value is not None:
             raise UsageError(f"--{name} {value}: attitude filters do not read it: add --filter {NAME}, or leave it out")
@@ -133,12 +133,12 @@ def made_by(recording: Path, wanted: Wanted) -> list[str]:
 
 
 def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
-    """Those of a file of their own; columns that are named go for both files."""
+    """Aids of a separate file; column names apply to both files."""
     return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats)
 
 
 def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Options, reading: Reading) -> Recording:
-    """The recording with its aids, rate and force in the same rows. Raises HnavError or UsageError when nothing aids it."""
+    """The recording with its aids, rate and force in the same rows. Raises HnavError or UsageError when there is no aid."""
     data = paired(reading.read(path))
     data = with_aids(data, given)
     refuse_unaided(path, data, options)
@@ -166,7 +166,7 @@ def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSam
 
 
 def runs(table: LongTable | InMemory, run: NavigationRun, outcome: Outcome) -> Iterator[InsRun]:
-    """Runs piece after piece, with a progress bar."""
+    """Runs piece by piece, with a progress bar."""
     with bar() as progress:
         task = progress.add_task(table.name, total=table.rows)
         for piece in table:
@@ -185,7 +185,7 @@ def smoothed(data: Recording, run: NavigationRun, outcome: Outcome) -> InsRun:
 
 
 class InMemory:
-    """A recording in pieces, as a long table is; the run has its aids already."""
+    """Reads a recording in pieces, as for a long table; the run has its aids already."""
 
     def __init__(self, data: Recording):
         self._data, self.name, self.rows = data, data.name, len(data.t_s)

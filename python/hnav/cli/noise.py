@@ -52,7 +52,7 @@ def command(
 
 
 def figures_table(found: dict[str, SensorNoise], title: str) -> Table:
-    """A row for each sensor and figure, its axes side by side; < where the recordings give an upper limit alone."""
+    """A row for each sensor and figure, its axes side by side; < if the recordings give an upper limit only."""
     table = Table("sensor", "figure", "x", "y", "z", "95 % of x", "unit", title=title, title_justify="left")
     for sensor, noise in found.items():
         for term, (entry, unit, si) in ENTRIES[sensor].items():

@@ -28,9 +28,9 @@ from hnav.native.arrays import Array
 SHOWN = 12  # variables of a kind
 GOOD_NIS = (0.8, 1.25)  # in the mean of many samples
 GOOD_AHEAD = (0.5, 2.0)  # mean NIS of predictions over ten samples: half or twice the stated variance; chosen
-BY_CHANCE = 0.01  # probability that a mean NIS of a right model lies outside on either side
-CORRELATED = 0.2  # correlation of an innovation with one of the next five; noise alone stays below
-INCOMPLETE = 1  # exit code: the plant had no answer somewhere
+BY_CHANCE = 0.01  # probability that the mean NIS of a right model is outside, on either side
+CORRELATED = 0.2  # correlation of an innovation with one of the next five; that of white noise is smaller
+INCOMPLETE = 1  # exit code: the plant failed somewhere
 WHERE_IT_CRASHES = "ask its maker; if it crashes when it is freed, set never_freed = true under [plant]"
 
 WithCovariance = Annotated[
@@ -113,7 +113,7 @@ def observer_of(plan: Path, fmu: Path) -> Observer:
 def use_samples(
     observer: Observer, data: Path, check: bool, tune: bool, smooth: bool, out: Path | None, report: Path | None
 ) -> None:
-    """All that is made of samples. Exits with INCOMPLETE where the plant had no answer."""
+    """Writes all outputs for a table of samples. Exits with INCOMPLETE if the plant failed somewhere."""
     if check:
         print_observability(observer, data)
     if tune:
@@ -127,7 +127,7 @@ def use_samples(
 def refuse(
     fmu: Path, plan: Path | None, data: Path | None, examined: bool, smooth: bool, files: list[Path | None], export: Path | None
 ) -> None:
-    """Raises UsageError for options that do not fit each other; examined: by --check or --tune, files: of estimates."""
+    """Raises UsageError for incompatible options; examined: by --check or --tune, files: of estimates."""
     written = any(file is not None for file in files)
     if smooth and not written:
         raise UsageError("--smooth belongs to --out or --report, which write the estimates")
@@ -324,7 +324,7 @@ def describe_plant(file: Path, prove: bool) -> None:
 
 
 def remark(line: str) -> None:
-    """Prints a line beside the first plan as a comment of TOML: the whole output is then a plan."""
+    """Prints a line beside the first plan as a comment of TOML, so that the whole output is a plan."""
     say(f"# {line}")
 
 
@@ -367,6 +367,10 @@ def print_variables(fmu: ModelDescription) -> None:
     parameters = [v for v in real if v.causality == "parameter"]
     fixed = [v for v in parameters if v.variability == "fixed"]
     remark(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
+    if fmu.step_s:
+        remark(
+            "Co-Simulation only: sigma points pass through its steps; the time between samples has to be a multiple of its own step"
+        )
     remark(f"states: {listed([state for state, _ in fmu.states])}")
     remark(f"sensors may be: {listed(candidates(fmu))}")
     remark(f"inputs: {listed([v for v in real if v.causality == 'input'])}")
@@ -376,13 +380,13 @@ def print_variables(fmu: ModelDescription) -> None:
 
 
 def print_proof(observer: Observer, write: Callable[[str], None] = say) -> None:
-    """A line for each block of derivatives that the plant offers."""
+    """A line for each block of derivatives that the plant provides."""
     found = observer.proof()
     if not found:
         write("it offers no derivatives: differences are used")
     for name, block in found.items():
         verdict = "right" if block.exact else "wrong, differences are used"
-        write(f"{name.replace('_', ' ')}: {verdict} (worst: stated {block.told:.9g}, differences {block.measured:.9g})")
+        write(f"{name.replace('_', ' ')}: {verdict} (worst: stated {block.stated:.9g}, differences {block.measured:.9g})")
 
 
 def candidates(fmu: ModelDescription) -> list[Variable]:
@@ -398,7 +402,7 @@ def listed(variables: list[Variable]) -> str:
 
 
 def first_plan(fmu: ModelDescription) -> Plan:
-    """The first candidate for a sensor, and a tenth of each state for what is not known of it."""
+    """The first candidate for a sensor, and a tenth of each state as its unknown part."""
     plan, sensor = Plan(fmu.path), candidates(fmu)[0]
     plan.sensor(sensor.name, noise=0.01 * size_of(sensor))
     for state, _ in fmu.states:

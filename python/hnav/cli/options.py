@@ -38,7 +38,7 @@ def command(
 
 
 def table(_: str, found: list[OptionInfo]) -> None:
-    """One line each, for grep and its like."""
+    """One line each, for tools such as grep."""
     widths = [max(len(cells(info)[i]) for info in found) for i in range(3)]
     for info in found:
         first = "  ".join(f"{cell:<{width}}" for cell, width in zip(cells(info), widths))
@@ -46,7 +46,7 @@ def table(_: str, found: list[OptionInfo]) -> None:
 
 
 def print_all(filter: str, found: list[OptionInfo]) -> None:
-    """For people: under two heads, as wide as the terminal."""
+    """For readers: two sections, as wide as the terminal."""
     for advanced, head in ((False, "to look at first"), (True, "advanced")):
         of_kind = [info for info in found if info.advanced == advanced]
         if of_kind:
@@ -56,13 +56,13 @@ def print_all(filter: str, found: list[OptionInfo]) -> None:
 
 
 def matches(info: OptionInfo, words: list[str]) -> bool:
-    """Whether every word stands somewhere in what is shown of an option, in capitals or not."""
+    """Whether every word occurs in the text shown of an option, ignoring case."""
     text = " ".join([info.name, info.group, info.unit, info.description, *info.choices, *info.choice_descriptions]).lower()
     return all(word.lower() in text for word in words)
 
 
 def cells(info: OptionInfo) -> tuple[str, str, str]:
-    """Name, default with its unit, and what it may be."""
+    """Name, default with its unit, and permitted values."""
     values = info.default if isinstance(info.default, tuple) else (info.default,)
     default = ",".join(value if isinstance(value, str) else f"{value:g}" for value in values)
     allowed = ", ".join(info.choices) or f"{info.min:g} to {info.max:g}"
@@ -70,7 +70,7 @@ def cells(info: OptionInfo) -> tuple[str, str, str]:
 
 
 def print_option(info: OptionInfo, whole: bool) -> None:
-    """An option on two lines or three, its name never cut; whole: also why the default is what it is."""
+    """An option on two or three lines, its name never cut; whole: with the reason for the default."""
     name, default, allowed = cells(info)
     head = f"{name} = {default}"
     lines = [f"  {head}  ({allowed})"]

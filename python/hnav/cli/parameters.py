@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and how their text becomes values."""
+"""Arguments and options shared by several commands, and the conversion of their text to values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings as commands take them: read as the user says, and checked."""
+"""Recordings as arguments of commands: read with the user's options, and checked."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
 SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
-"""Between gx=1 and gy=2; axes have commas too."""
+"""Separator between gx=1 and gy=2; axes contain commas too."""
 
 
 def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
@@ -36,7 +36,7 @@ def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Reading:
-    """How a recording is read and checked: the options of each command that takes one of the user's."""
+    """How to read and check a recording: the options of each command that reads one."""
 
     format: Format = None
     columns: Columns = None
@@ -54,16 +54,16 @@ class Reading:
         return read(path, **self._arguments())
 
     def long_table(self, path: Path, corrected: Callable[[Recording], Recording] | None) -> LongTable | None:
-        """The pieces of a long table of text, corrected; None for what has to be read as a whole. Raises HnavError."""
+        """The pieces of a long table of text, corrected; None for a file that must be read as a whole. Raises HnavError."""
         return long_table(path, self.hemisphere, corrected, **self._arguments())
 
     def _arguments(self) -> dict[str, Any]:
-        """The options by the arguments of hnav.read."""
+        """The options as arguments of hnav.read."""
         arguments = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "hemisphere"}
         return {**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}}
 
     def wishes(self) -> Wishes:
-        """For lines that arrive now. Raises HnavError."""
+        """Decoder for arriving lines. Raises HnavError."""
         return Wishes(**{name: value for name, value in self._arguments().items() if name != "format"})
 
     def check(self, data: Recording) -> list[Finding]:
@@ -72,7 +72,7 @@ class Reading:
 
 
 def with_reading(command: Callable[..., None]) -> Callable[..., None]:
-    """The command as typer is to see it: its parameter `reading` becomes the options of Reading, in its place."""
+    """The command for typer: its parameter `reading` becomes the options of Reading, in its place."""
     options = {
         name: inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=getattr(Reading, name), annotation=hint)
         for name, hint in get_type_hints(Reading, include_extras=True).items()
@@ -104,8 +104,9 @@ def lines_of(findings: list[Finding]) -> list[str]:
 
 
 def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool = True) -> list[str]:
-    """A line for each warning. Raises UsageError, naming all at once, with strict for any, and without force for those that make an
-    estimate meaningless or have to be decided by the user first. A command without an estimate need not say force."""
+    """A line for each warning. Raises UsageError, naming all at once: with strict for any, without force for those that make
+    an estimate meaningless or need a decision of the user. A command without an estimate needs no force.
+    """
     alarms = [finding for finding in findings if finding.level != "note"]
     stopping = alarms if strict else [finding for finding in alarms if finding.stops and not force]
     if stopping:
@@ -118,6 +119,6 @@ def warnings_of(path: Path, findings: list[Finding], strict: bool, force: bool =
 
 
 def warn(lines: list[str]) -> None:
-    """To stderr, where they are no part of what a command answers."""
+    """Notes go to stderr, because they are not part of a command's output."""
     for line in lines:
         print(line, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""hnav report: one HTML page about a simulation, about many of them, or about a recording and what a filter makes of it."""
+"""hnav report: one HTML page about a simulation, about many of them, or about a recording and its estimate."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def command(
 
 
 def beside(source: Path, suffix: str) -> Path:
-    """The file beside a file or folder that has its name and another suffix, also of `.` and `..`."""
+    """The file beside a file or folder with its name and another suffix, also for `.` and `..`."""
     return (source if source.name not in ("", "..") else source.resolve()).with_suffix(suffix)
 
 

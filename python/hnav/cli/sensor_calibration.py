@@ -1,4 +1,4 @@
-"""What hnav calibrate --sensor does: accelerometer, gyroscope and magnetometer of one recording into a sensor file."""
+"""hnav calibrate --sensor: accelerometer, gyroscope and magnetometer of one recording into a sensor file."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ SHOWN = {"accel": ("mg", 1e-3 * G_M_S2), "gyro": ("deg/s", np.pi / 180), "mag": 
 
 
 def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_m_s2: float) -> None:
-    """Writes the sensor file, with what an existing one holds besides, and the page. Raises HnavError; the page is then about what is
-    missing."""
+    """Writes the sensor file, keeping other entries of an existing one, and the page. Raises HnavError; the page then shows
+    what is missing.
+    """
     if report is not None:
         # Plotly takes a while to load; the page says so where it is missing.
         import_module("hnav.reports.page")
@@ -49,7 +50,7 @@ def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_
 
 
 def field_of(data: Recording, found: SensorCalibration) -> dict[str, Correction]:
-    """The magnetometer, aligned by the calibrated force; empty, with a warning, where it cannot be."""
+    """The magnetometer, aligned by the calibrated force; empty, with a warning, if it cannot be calibrated."""
     if data.field_b_tesla is None:
         return {}
     try:

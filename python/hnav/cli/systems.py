@@ -1,4 +1,4 @@
-"""hnav systems: what hnav simulate can run, and the scenarios and grades of each."""
+"""hnav systems: the systems of hnav simulate, with the scenarios and grades of each."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def command(
 
 
 def described(system: str, allow_outside: bool) -> dict[str, Any]:
-    """A system for people and programs."""
+    """A system for readers and programs."""
     with read_system(system_path(system), allow_outside) as read:
         return {
             "name": system, "description": read.description, "stop_s": read.stop_s, "step_s": read.step_s,
@@ -48,7 +48,7 @@ def described(system: str, allow_outside: bool) -> dict[str, Any]:
 
 
 def print_system(about: dict[str, Any], whole: bool) -> None:
-    """A system on two lines, or with everything that can be chosen."""
+    """A system on two lines, or with all its choices."""
     lines(about["name"], about["description"])
     times = [f"{about[key]:g} s{what}" for key, what in (("stop_s", ""), ("step_s", " a step")) if about[key] is not None]
     counts = [f"{len(about[kind])} {kind}" for kind in ("components", "scenarios", "grades") if about[kind]]
@@ -64,7 +64,7 @@ def print_system(about: dict[str, Any], whole: bool) -> None:
 
 
 def lines(name: str, text: str, column: int = 12) -> None:
-    """A name and what it is, wrapped on a terminal and on one line in a pipe."""
+    """A name and its description, wrapped on a terminal and on one line in a pipe."""
     head = f"{name:<{column}}" if len(name) < column else f"{name}  "
     if not console.is_terminal:
         say(f"{head}{text}".rstrip())

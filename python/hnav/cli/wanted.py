@@ -21,7 +21,7 @@ Corrected = Callable[[Recording], Recording]
 
 @dataclass(frozen=True)
 class Wanted:
-    """Options by their names; settings are those of the filter, with what grade, sensor, place and body set."""
+    """Options by name; settings are those of the filter, including values from grade, sensor, place and body."""
 
     reading: Reading
     filter: str = "ahrs"
@@ -39,7 +39,7 @@ class Wanted:
     outages: str | None = None
 
     def corrected(self) -> Corrected | None:
-        """What corrects a recording by the calibrations of the sensor file. Raises HnavError."""
+        """The correction of a recording by the calibrations of the sensor file. Raises HnavError."""
         return corrected_by(self.sensor)
 
     def made_of(self, recording: Path) -> list[str]:
@@ -48,7 +48,7 @@ class Wanted:
 
 
 def corrected_by(sensor: Path | None) -> Corrected | None:
-    """None where the sensor file has no calibration. Raises HnavError."""
+    """None if the sensor file has no calibration. Raises HnavError."""
     grade = None if sensor is None else read_grade(sensor)
     return grade.apply_to if grade is not None and grade.corrections else None
 
@@ -56,7 +56,7 @@ def corrected_by(sensor: Path | None) -> Corrected | None:
 def preset_and_settings(
     filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None, body: str | None
 ) -> tuple[str, dict[str, str]]:
-    """The preset, which a grade is for the INS, and the settings of sensors, place and body. Raises UsageError, HnavError."""
+    """The preset, which for the INS is the grade, and the settings of sensors, place and body. Raises UsageError, HnavError."""
     of_place = settings_of_place(filter, place_and_date) | _of_body(filter, body)
     if filter == INS:
         return grade or preset, _of_sensor(filter, sensor) | of_place
@@ -88,7 +88,7 @@ def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]
 
 
 def reading_at(place_and_date: str | None, reading: Reading) -> Reading:
-    """With the side of the magnetic equator by the place, unless it is said. Raises UsageError."""
+    """With the hemisphere of the place, unless it is given. Raises UsageError."""
     if place_and_date is None or reading.hemisphere is not None:
         return reading
     return replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))

@@ -28,7 +28,7 @@ def watched(binary: str, remedy: str) -> None:
         return
     sys.stdout.flush()
     sys.stderr.flush()
-    # What the child unpacks lies in here: it does not outlive a crash.
+    # The child unpacks into this folder, so that nothing outlives a crash.
     unpacked = temporary_folder("hnav_watched_")
     ended_by_itself, at_end = os.pipe()
     child = os.fork()
@@ -51,7 +51,9 @@ def watched(binary: str, remedy: str) -> None:
 
 
 def _interrupted(child: int, binary: str) -> int:
-    """The exit code of a child that ends itself. From the keyboard an interrupt comes to both, from a kill to this process alone."""
+    """The exit code of a child that ends normally. An interrupt from the keyboard reaches both processes, one from kill only
+    this process.
+    """
     os.kill(child, signal.SIGTERM)
     for _ in range(round(PATIENCE_S / STEP_S)):
         ended, status = os.waitpid(child, os.WNOHANG)

@@ -17,7 +17,7 @@ from hnav.errors import HnavError
 if TYPE_CHECKING:
     from hnav.io.findings import Finding
 
-# Arguments of the library, and the options that stand for them. What is neither is an option of a filter: --set NAME=VALUE.
+# Arguments of the library, and the options for them. All others are options of a filter: --set NAME=VALUE.
 OPTIONS = {
     "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
     "unit": "--mag-unit", "gyro_unit": "--gyro-unit", "accel_unit": "--accel-unit", "time_unit": "--time-unit", "format": "--format",
@@ -26,7 +26,7 @@ OPTIONS = {
 }  # fmt: skip
 
 
-# What readers and checks say in Python's words in the middle of a line.
+# Python arguments within messages of readers and checks.
 IN_A_LINE = (
     (re.compile(r"\b(gyro_unit|accel_unit|mag_unit|time_unit|rate_hz|drop_repeats)\b"), lambda match: OPTIONS[match.group(1)]),
     (re.compile(r"\balign (?=clock)"), lambda match: "--align "),
@@ -37,7 +37,7 @@ IN_A_LINE = (
 
 
 INTERRUPTED = 130  # exit code
-# The UsageError of Click, which newer versions of typer bring along.
+# Click's UsageError, which newer versions of typer contain.
 MISTYPED = cast(type[Exception], typer.BadParameter.__bases__[0])
 
 
@@ -50,7 +50,7 @@ class Interrupted(UsageError):
 
 
 def of_the_command_line(error: HnavError) -> str:
-    """The text of an error in which the argument at its head bears the name of its option."""
+    """The text of an error with its leading argument replaced by the name of the option."""
     argument = error.argument if error.argument and str(error).startswith(error.argument) else ""
     rest = str(error)[len(argument) :]
     if error.status == "no data":
@@ -63,21 +63,21 @@ def of_the_command_line(error: HnavError) -> str:
 
 
 def with_options(text: str) -> str:
-    """A line of a reader or a check, with options in the places of Python's arguments."""
+    """A line of a reader or a check, with options instead of Python arguments."""
     for pattern, option in IN_A_LINE:
         text = pattern.sub(option, text)
     return text
 
 
 def finding_line(finding: Finding) -> str:
-    """A finding about a recording in one line, its cure an option."""
+    """A finding about a recording in one line, with an option as its remedy."""
     cures = [f"use {OPTIONS[finding.argument]} {finding.value}".removesuffix(" yes")] if finding.argument else []
     cures += [with_options(finding.advice)] if finding.advice else []
     return f"{finding.sensor}: {finding.message}" + (f"; {'; '.join(cures)}" if cures else "")
 
 
 def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | None = None) -> None:
-    """Runs a command of typer; what the user can mend becomes one line on stderr and exit code 2."""
+    """Runs a command of typer; an error that the user can correct becomes one line on stderr and exit code 2."""
     try:
         with tidy_end():
             code = command(arguments, standalone_mode=False)
@@ -96,7 +96,7 @@ def answer(name: str, command: Callable[..., Any], arguments: Sequence[str] | No
 
 
 def mistyped(error: Any, name: str) -> str:
-    """What is wrong with the words of a command, and where they are explained."""
+    """The fault in the words of a command, and where they are explained."""
     text = error.format_message().rstrip(".")
     asked = error.ctx.command_path if error.ctx else name
     return f"{text[:1].lower()}{text[1:]}; see {asked} --help"
@@ -120,7 +120,7 @@ def tidy_end() -> Iterator[None]:
 
 
 def in_one_line(error: UsageError | HnavError | OSError | MemoryError) -> str:
-    """What went wrong in the user's words: their arguments, the disk, or the memory."""
+    """The fault in the user's terms: their arguments, the disk, or the memory."""
     if isinstance(error, HnavError):
         return of_the_command_line(error)
     if isinstance(error, OSError):

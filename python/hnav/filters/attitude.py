@@ -98,7 +98,7 @@ class Filter(FilterObject):
         only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself. smooth: with hindsight, as by
         the method smooth. check: whether samples that cannot be in these units give a PlausibilityWarning, which takes up to 20 ms.
 
-        A run goes on from where the filter stands: reset it before it takes another recording. Raises HnavValueError for
+        A run continues from the present state of the filter: reset it before another recording. Raises HnavValueError for
         arrays of other shapes, HnavRuntimeError naming the row where the filter cannot go on.
         """
         samples = rate_b_rad_s, force_b_m_s2, field_b_tesla
@@ -108,7 +108,7 @@ class Filter(FilterObject):
             check = False  # arrays of other shapes
             raise
         finally:
-            if check:  # also where a wrong unit is why the filter cannot go on
+            if check:  # also after an error, which a wrong unit may have caused
                 from hnav.io.plausibility import warn_of_meaningless  # it takes longer to load than this module
 
                 warn_of_meaningless(times(t_s), *samples)
@@ -123,8 +123,8 @@ class Filter(FilterObject):
         return self.run(*samples, **(named | {"smooth": True}))
 
     def run_recording(self, recording: Recording, smooth: bool = False) -> Run:
-        """A whole recording by a filter with the options of this one, which stays as it is. Fields that arrive late are waited for,
-        whatever horizon_s is. smooth: with hindsight, as by smooth. Raises HnavError."""
+        """A whole recording by a filter with the options of this one, which does not change. It waits for fields that arrive
+        late, whatever horizon_s is. smooth: with hindsight, as by smooth. Raises HnavError."""
         from hnav.filters.attitude_recording import run_recording  # it imports this filter
 
         return run_recording(recording, self.options, smooth=smooth).run
@@ -149,7 +149,7 @@ class Filter(FilterObject):
         return self._numbers("covariance", (6, 6))[0]
 
     def field(self) -> Field:
-        """What the filter holds of the magnetic field."""
+        """Reference field, latency of the magnetometer, and the verdict on the last sample."""
         return Field.read(self._filled("hnav_field", "field"))
 
     # ----------------------------------------------------------------------------------------- calls of the library
@@ -169,7 +169,7 @@ class Filter(FilterObject):
             self._call(call, len(t), read, written, *([ffi.NULL] if call == "run" else []))
         except HnavRuntimeError as error:
             if error.status in ("late sample", "time backwards") and str(error).startswith("row 0:"):
-                begins = f"t_s begins at {t[0]:g} s, before the time that this filter stands at: reset() it first"
+                begins = f"t_s begins at {t[0]:g} s, before the time of this filter: reset() it first"
                 raise HnavRuntimeError(error.status, f"{begins} ({error})") from None
             if error.status == "late sample":
                 raise HnavRuntimeError(error.status, f"{error}: t_s runs back, sort the rows by it") from None

@@ -1,4 +1,4 @@
-"""What an attitude filter answers beside what every filter does, and the arrays of a run."""
+"""Outputs of the attitude filters only, and the arrays of a run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from hnav.io.recordings import Recording
 
 VERDICTS = enumerators("hnav_field_gate", "HNAV_FIELD_")
-"""What the filter made of a field."""
+"""Verdicts of the gate on a sample of the magnetic field."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,43 +26,43 @@ class Posterior(Record):
     """The estimate just after the newest sample that is not in the future of the last advance."""
 
     t_s: float
-    """The time of that sample."""
+    """The time of the newest used sample."""
     q_nb: Array
     """4: unit quaternion, scalar first, body to navigation."""
     gyro_bias_rad_s: Array
-    """3, body axes."""
+    """3, body axes: bias of the gyroscope."""
     sigma: Array
-    """6: rotations about the three navigation axes in rad, three biases in rad/s."""
+    """6: standard deviations of the rotations about the three navigation axes in rad and of the three biases in rad/s."""
     near_singular: bool
-    """As in Attitude."""
+    """Pitch is beyond 85 deg: roll and yaw are ill defined."""
     tilt_ready: bool
-    """As in Attitude."""
+    """Roll and pitch are determined, see Attitude."""
     heading_ready: bool
-    """As in Attitude."""
+    """The heading is determined, see Attitude."""
 
 
 @dataclass(frozen=True, eq=False)
 class Field(Record):
-    """What the filter holds of the magnetic field and its sensor, just after the newest used sample."""
+    """Estimates of the magnetic field and its sensor, just after the newest used sample."""
 
     strength_tesla: float
-    """Of the reference field; NaN while there is none."""
+    """Strength of the reference field; NaN while there is none."""
     dip_rad: float
-    """Of the reference field, positive when it points down; NaN while there is none."""
+    """Dip of the reference field, positive when it points down; NaN while there is none."""
     latency_s: float
     """Estimated delay of the magnetometer behind its time stamps (ahrs)."""
     latency_sigma_s: float
-    """Its standard deviation."""
+    """Standard deviation of latency_s."""
     evidence_s: float
-    """Time for which the reference was seen, counted less at rest (ahrs)."""
+    """Time for which the reference field was measured; time at rest counts less (ahrs)."""
     heading_trust_s: float
-    """The same for the heading, through changes of the reference (ahrs)."""
+    """The same time for the heading, kept when the reference changes (ahrs)."""
     reference_changes: int
-    """References taken after the first (ahrs)."""
+    """Number of reference fields after the first one (ahrs)."""
     gate: Annotated[str, Named(VERDICTS)]
-    """What was made of the last field: one of VERDICTS."""
+    """Verdict on the last field: one of VERDICTS."""
     at_rest: bool
-    """The body lies still (ahrs)."""
+    """The filter detected that the body lies still (ahrs)."""
 
 
 @dataclass(repr=False)

@@ -21,7 +21,7 @@ ROTATION, BIAS = slice(0, 3), slice(3, 6)
 
 
 def attitude_observability(run: Run, recording: Recording | None = None) -> RunObservability:
-    """recording: of the run; the AHRS finds rest in its samples. Raises HnavValueError for a run without an attitude."""
+    """recording: the samples of the run, in which the AHRS detects rest. Raises HnavValueError for a run without an attitude."""
     options = run.options or Options("ahrs")
     rows = RowWindows.of(run.t_s, run.q_nb)
     force, field = (rows.seconds(used) for used in _used(run))
@@ -44,7 +44,7 @@ def _used(run: Run) -> tuple[BoolArray, BoolArray]:
 
 
 def _at_rest(run: Run, recording: Recording, options: Options) -> BoolArray:
-    """n: rows from which on, for the duration of a rest, rate and force stay where they are."""
+    """n: rows that begin a rest: rate and force stay constant for its duration."""
     steady = np.ones(len(run.t_s), bool)
     rows = max(1, min(len(run.t_s), round(options.rest_duration_s / float(np.median(np.diff(run.t_s))))))
     for values, limit in ((recording.rate_b_rad_s, options.rest_rate_rad_s), (recording.force_b_m_s2, options.rest_force_m_s2)):
@@ -57,7 +57,7 @@ def _at_rest(run: Run, recording: Recording, options: Options) -> BoolArray:
 
 
 def _start_sigmas(options: Options) -> tuple[float, float]:
-    """Of tilt and heading before any sample: what is given at the start, or nothing."""
+    """Sigmas of tilt and heading before any sample: those given at the start, or unknown."""
     tilt = options.start_sigma_tilt_rad if options.start_mode == "attitude" else UNKNOWN_TILT_RAD
     heading = UNKNOWN_HEADING_RAD if options.start_mode == "triad" else options.start_sigma_heading_rad
     return float(tilt), float(heading)
@@ -72,7 +72,7 @@ def _noise(rows: RowWindows, sigma: Array, rotation: Array, walk: float) -> Arra
 
 
 def _hrekf(rows: RowWindows, seconds: dict[str, Array], options: Options) -> Windows:
-    """Direction of the force and of the field, both in navigation axes, against theirs."""
+    """Measurements of the directions of force and field by their known directions in navigation axes."""
     tilt, heading = _start_sigmas(options)
     sigma = np.array([tilt, tilt, heading, *np.full(3, options.start_sigma_bias_rad_s)])
     Phi = np.broadcast_to(np.eye(6), (len(rows.length_s), 6, 6)).copy()
@@ -96,7 +96,7 @@ def _hrekf(rows: RowWindows, seconds: dict[str, Array], options: Options) -> Win
 
 
 def _ahrs(rows: RowWindows, seconds: dict[str, Array], options: Options) -> Windows:
-    """The force by the velocity that it would integrate to, the field by its azimuth, rest by the mean rate."""
+    """Measurements of the velocity that the force integrates to, the azimuth of the field, and at rest the mean rate."""
     tilt, heading = _start_sigmas(options)
     sigma = np.array([tilt, tilt, heading, *np.full(3, options.start_sigma_bias_rad_s), *np.full(2, options.start_sigma_velocity_m_s),
                       options.local_declination_rad])  # fmt: skip

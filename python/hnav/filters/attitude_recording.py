@@ -1,4 +1,4 @@
-"""An attitude filter over a recording, whole or in pieces; fields that arrive late are waited for.
+"""An attitude filter over a recording, whole or in pieces; it waits for fields that arrive late.
 
 run = hnav.Filter("ahrs").run_recording(recording)
 """
@@ -22,10 +22,10 @@ Progress = Callable[[int, int], None]  # rows done, rows in all
 
 
 class Ran(NamedTuple):
-    """A run, and what it cost."""
+    """A run, its time and its counters."""
 
     run: Run
-    """Its arrays."""
+    """The arrays of the run."""
     us_per_sample: float
     """Time of the filter alone."""
     counts: dict[str, int]
@@ -37,7 +37,7 @@ def run_recording(recording: Recording, options: Options, progress: Progress | N
     if recording.field_t_s is None:
         return _run_at_once(recording, options, progress, smooth)
     if smooth:
-        # With hindsight it is known which row a late field belongs to.
+        # The smoother takes a late field at the row in which it was measured.
         return _run_at_once(recording.in_order_of_measurement(), options, progress, smooth)
     return _run_by_arrival(recording, options, progress)
 
@@ -87,7 +87,7 @@ def _run_at_once(recording: Recording, options: Options, progress: Progress | No
 
 
 def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Ran:
-    """Each sample pushed when it arrives, with the time of its measurement; the filter waits for late ones."""
+    """Pushes each sample when it arrives, with the time of its measurement; the filter waits for late ones."""
     field, measured_s = recording.needed("field_b_tesla"), recording.needed("field_t_s")
     _wait_for_late(options, recording.t_s, measured_s)
     attitude_filter = Filter(options)
@@ -118,17 +118,17 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
 
 
 def _wait_for_late(options: Options, t_s: np.ndarray, measured_s: np.ndarray) -> None:
-    """A horizon, and a queue, that the longest delay of a field asks for."""
+    """Sets the horizon and the length of the queue by the longest delay of a field."""
     delay_s = float(np.nanmax(t_s - measured_s, initial=0.0))
     interval_s = float(np.median(np.diff(t_s)))
     if options.horizon_s < delay_s:
-        # A row more than the longest delay, for rounding.
+        # One row longer than the longest delay, because of rounding.
         options.horizon_s = delay_s + interval_s
         options.queue_capacity = max(options.queue_capacity, 2 * int(np.ceil(options.horizon_s / interval_s)) + 8)
 
 
 def _note(attitude_filter: Filter, run: Run, i: int) -> None:
-    """The look-ahead of now into row i; NIS stay empty, for they belong to samples that may be corrected later."""
+    """Writes the estimate of now to row i; the NIS stay NaN, because the samples may be corrected later."""
     attitude = attitude_filter.attitude()
     run.q_nb[i], run.euler_rad[i], run.sigma_rad[i] = attitude.q_nb, attitude.euler_rad, attitude.sigma_rad
     run.ready[i] = attitude.tilt_ready, attitude.heading_ready

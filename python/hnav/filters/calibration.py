@@ -42,37 +42,37 @@ class MagnetometerOptions(OptionSet):
 
 @dataclass(frozen=True, eq=False)
 class MagnetometerCalibration(Record):
-    """What the fit found, and what to judge it by."""
+    """The correction of a magnetometer, and figures of its quality."""
 
     offset: Array
     """3: hard iron, in the unit and axes of the field."""
     matrix: Annotated[Array, Shaped(3, 3)]
     """3 x 3, determinant 1: the strength is kept on the mean over all directions."""
     strength: float
-    """Of the corrected field, in its unit."""
+    """Strength of the corrected field, in its unit."""
     dip_rad: float
-    """Of the field, positive when it points down; NaN without force."""
+    """Dip of the corrected field, positive when it points down; NaN without force."""
     residual_before: float
     """Scatter of |field|, relative, without outliers."""
     residual_after: float
-    """Scatter of |corrected|, likewise."""
+    """Scatter of |corrected|, relative, without outliers."""
     dip_spread_before_rad: float
-    """Robust standard deviation of the angle to gravity; NaN without force."""
+    """Robust standard deviation of the angle between field and gravity; NaN without force."""
     dip_spread_after_rad: float
-    """The same of the corrected field."""
+    """The same angle of the corrected field."""
     outlier_fraction: float
-    """Of the used samples, 0 to 1."""
+    """Share of the used samples that are outliers, 0 to 1."""
     coverage: float
     """1: directions spread evenly over the sphere; 0: all in a plane."""
     condition: float
-    """Of the quadric; 0 when the fit did not come that far."""
+    """Condition number of the fit of the quadric; 0 when the fit failed before."""
     ambiguity: float
-    """Near 1 another ellipsoid fits as well."""
+    """Near 1 a second ellipsoid fits as well as the first."""
     axis_ratio: float
     """Longest over shortest axis of the ellipsoid."""
     direction_sigma_rad: float
-    """Error of the corrected direction, root mean square over the whole sphere, that nine of ten calibrations stay below. A
-    rotation that was given up is in it; without force none is known, and none is in it."""
+    """Error of the direction of the corrected field, root mean square over the sphere: nine of ten calibrations have a smaller one. It includes a
+    rotation that the fit leaves out; without force the rotation is unknown and not included."""
     samples: int
     """Rows with a field."""
     used_samples: int
@@ -82,15 +82,15 @@ class MagnetometerCalibration(Record):
     fit: Annotated[str, Named(FITS)]
     """One of FITS."""
     offset_axes: int
-    """3, or 2 when the samples lie in a plane."""
+    """Axes of the offset that are determined: 3, or 2 when the samples lie in a plane."""
     note: str
-    """What the answer leaves out and why, and what of the sphere the samples leave out."""
+    """What the calibration leaves out and why, and the part of the sphere without samples."""
     unit: str
-    """Of offset and strength: one of hnav.units.TESLA_PER."""
+    """Unit of offset and strength: one of hnav.units.TESLA_PER."""
     gap_direction: Array = dataclass_field(default_factory=lambda: np.full(3, np.nan))
     """3, of the corrected field: the middle of the largest part of the sphere without a sample."""
     gap_rad: float = math.nan
-    """How far from it the nearest sample is."""
+    """Angle between gap_direction and the nearest sample."""
 
     def apply(self, field: npt.ArrayLike) -> Array:
         """The corrected field: n x 3 (or 3), in the unit of the calibration. NaN stays NaN."""

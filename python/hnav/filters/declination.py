@@ -14,9 +14,9 @@ from typing import Any
 from hnav.errors import HnavRuntimeError, HnavValueError
 
 FIRST_YEAR, LAST_YEAR = 2015.0, 2030.0
-"""Years for which there is an issue of the model."""
+"""First and last year of the issues of the model."""
 WEAK_NT = 2000.0
-"""Horizontal field below which its azimuth means nothing."""
+"""Horizontal field below which its azimuth is useless."""
 
 
 def declination_rad(latitude_rad: float, longitude_rad: float, height_m: float, year: float) -> float:
@@ -48,7 +48,7 @@ def _modelled(latitude_rad: float, longitude_rad: float, height_m: float, year: 
             "unsupported", "the field of a place needs pygeomag: python -m pip install pygeomag (the extra 'wmm')"
         ) from None
     if not FIRST_YEAR <= year <= LAST_YEAR:
-        raise HnavValueError("option", f"year = {year:g}: the magnetic model serves from {FIRST_YEAR:g} to {LAST_YEAR:g}", "year")
+        raise HnavValueError("option", f"year = {year:g}: the magnetic model covers {FIRST_YEAR:g} to {LAST_YEAR:g}", "year")
     if not abs(latitude_rad) <= radians(90):
         raise HnavValueError("option", f"latitude_rad = {latitude_rad:g}: must be in rad, -pi/2 to pi/2", "latitude_rad")
     issue = min(int(year), int(LAST_YEAR) - 1) // 5 * 5

@@ -1,4 +1,4 @@
-"""What every filter answers: attitude, innovations, counters, and how its sensors do."""
+"""Outputs of every filter: attitude, innovations, counters, and the states of its sensors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hnav.native.arrays import Array, Counted, Each, Letters, Named, Record, Sha
 from hnav.native.library import SENSORS, enumerators
 
 SENSOR_STATES = enumerators("hnav_sensor_state", "HNAV_SENSOR_STATE_")
-"""What a sensor is taken to be: ok, late, outlier, stuck, saturated, missing; Run.health counts them from 0."""
+"""States of a sensor: ok, late, outlier, stuck, saturated, missing; Run.health holds their places from 0."""
 
 HEALTH_SENSORS = SENSORS[:3]
 """The sensors of the columns of Run.health: gyro, accel, mag."""
@@ -32,14 +32,14 @@ class Attitude(Record):
     near_singular: bool
     """Pitch is beyond 85 deg: roll and yaw are ill defined."""
     tilt_ready: bool
-    """Roll and pitch are known: a small sigma that was earned from samples."""
+    """Roll and pitch are determined: the filter reached a small sigma by samples, not by its start."""
     heading_ready: bool
-    """Heading is known, likewise."""
+    """The heading is determined, likewise."""
 
 
 @dataclass(frozen=True, eq=False)
 class Innovation(Record):
-    """What the last used sample of a sensor said."""
+    """The innovation of the last used sample of a sensor."""
 
     t_s: float
     """The time of that sample."""
@@ -87,17 +87,17 @@ class Diagnostics(Record):
     gamma_raised: int
     """Corrections whose gamma was infeasible and had to be raised."""
     covariance_repaired: int
-    """Covariances that the integrator had spoilt and that were mended."""
+    """Covariances that were no longer positive definite after the integration, and were repaired."""
     solver_rhs_evals: int
     """Evaluations of the differential equation by the solver."""
     solver_steps: int
     """Steps of the solver."""
     started: bool
-    """There is an attitude."""
+    """The attitude is initialised."""
     waiting: int
     """Instants in the queue that are still in the future of the last advance."""
     decay_rate_1_s: float
-    """Rate at which the last correction and the flow before it make the HREKF forget (its paper's Theorem 1, sampled); 0
+    """Decay rate of the error over the last flow and correction of the HREKF (Theorem 1 of its paper, sampled); 0
     before the first correction, and of the AHRS."""
     mean_nis: float
     """Over dimension, of the last satellites and rests of the INS; above 1 the sigmas are too small."""
@@ -109,7 +109,7 @@ class Diagnostics(Record):
 
 @dataclass(frozen=True, eq=False)
 class SensorHealth(Record):
-    """What a sensor is taken to be at the time of the last advance, and the samples that were rejected so far.
+    """The state of a sensor at the time of the last advance, and the number of its rejected samples.
 
     Samples that are stuck, saturated or outliers are left out; those of a gyroscope are used, outliers apart, because nothing
     better is known, and the sigma of the attitude grows by what they may have missed.
@@ -120,7 +120,7 @@ class SensorHealth(Record):
     second one lay far from those beside it; stuck: an axis repeats one value although the body moves; saturated: an axis is at
     the end of its range; missing: no sample yet, or none for a second and ten of its usual intervals."""
     since_s: float
-    """Time at which the state began; NaN when it has been so from the first."""
+    """Time at which the state began; NaN if it has not changed since the start."""
     axes: Annotated[str, Letters("xyz")]
     """Stuck or saturated now: "" or some of "xyz", of the sensor's axes turned to the body."""
     outliers: int
@@ -132,20 +132,20 @@ class SensorHealth(Record):
     late: int
     """Samples so far."""
     left_out: int
-    """Taken in and not used: outliers, stuck, saturated, stamps far ahead."""
+    """Samples that were accepted from the caller and not used: outliers, stuck, saturated, time stamps far ahead."""
 
 
 @dataclass(frozen=True, eq=False)
 class Health(Record):
-    """How the sensors do, and how often the filter had to start again."""
+    """The state of each sensor, and how often the filter started again."""
 
     sensor: Annotated[dict[str, SensorHealth], Each(SENSORS, SensorHealth)]
     """By sensor."""
     times_lost: int
-    """The attitude was found wrong, or a gap was too long, and it was found again."""
+    """How often the attitude was initialised again, after a long gap or because the samples contradicted it."""
     clock_jumps: int
-    """Stamps ran back: a new time base began."""
+    """How often time stamps ran back, so that a new time base began."""
     stamps_left_out: int
-    """Samples whose stamp lay far ahead of all others."""
+    """Samples whose time stamp is far ahead of all others."""
     lost: bool
-    """The attitude is being found again: nothing is ready."""
+    """The attitude is being initialised again: nothing is ready."""

@@ -22,7 +22,7 @@ Made = TypeVar("Made")
 
 
 def with_arguments_of(run: Callable[Arguments, Made]) -> Callable[[Callable[..., Made]], Callable[Arguments, Made]]:
-    """A method that takes what another one does, and shows it: the arguments are stated once."""
+    """A method with the arguments of another one, in its signature too: they are stated once."""
 
     def shown(method: Callable[..., Made]) -> Callable[Arguments, Made]:
         known = inspect.signature(run)
@@ -43,7 +43,7 @@ class FilterObject(HybridView):
 
     KIND = "filter"
     _options: Options
-    """Those it was made with."""
+    """The options that the filter was made with."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self._options!r})"
@@ -101,7 +101,7 @@ class FilterObject(HybridView):
         return bias, sigma
 
     def innovation(self, sensor: str) -> Innovation:
-        """What the last used sample of a sensor said, by its name in SENSORS; the gyroscope has none.
+        """The innovation of the last used sample of a sensor, by its name in SENSORS; the gyroscope has none.
 
         Raises HnavValueError for other sensors, HnavRuntimeError when none of its samples has been used yet.
         """
@@ -114,7 +114,7 @@ class FilterObject(HybridView):
         return Diagnostics.read(self._filled("hnav_diagnostics", "diagnostics"))
 
     def health(self) -> Health:
-        """How each sensor does, and how often estimate and time base had to start again."""
+        """The state of each sensor, and how often the estimate and the time base started again."""
         return Health.read(self._filled("hnav_health", "health"))
 
     def _numbers(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:

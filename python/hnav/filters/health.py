@@ -1,4 +1,4 @@
-"""What a run says of its sensors, in words: which were not ok, and for how long.
+"""States of the sensors of a run, in words: which were not ok, and for how long.
 
 for finding in findings(run.t_s, run.health): print(finding)            # gyro saturated for 4.2 s, from 12.3 s on
 """
@@ -14,8 +14,8 @@ import numpy.typing as npt
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.native.arrays import Array
 
-LONGEST_ROW_S = 1.0  # no row stands for more: what happened in a gap is not known
-STARTING_S = 1.0  # a sensor that is missing for less has not sent its first sample yet
+LONGEST_ROW_S = 1.0  # longest time that a row counts for: the state during a gap is unknown
+STARTING_S = 1.0  # a sensor that is missing for a shorter time has not sent its first sample yet
 
 
 @dataclass(frozen=True)

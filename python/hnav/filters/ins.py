@@ -76,7 +76,7 @@ class Ins(FilterObject):
         self._call("push_speed", t_s, speed_m_s, sigma_m_s)
 
     def push_rest(self, t_s: float, sigma_m_s: float) -> None:
-        """The body is known to stand; sigma_m_s is of its velocity."""
+        """The body stands; sigma_m_s is the standard deviation of its velocity."""
         self._call("push_rest", t_s, sigma_m_s)
 
     def run(
@@ -143,7 +143,7 @@ class Ins(FilterObject):
         every: as of run. smooth: with hindsight, as by smooth. Late samples are waited for, whatever horizon_s is; where gyroscope
         and accelerometer have times of their own, the force is interpolated. Raises HnavError.
         """
-        from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired  # they know this filter
+        from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired  # they import this filter
 
         made = paired(recording)
         return NavigationRun.over(made, self._options).go_on(inertial_rows(made), every, smooth)
@@ -158,7 +158,7 @@ class Ins(FilterObject):
         return self._numbers("covariance", (15, 15))[0]
 
     def observed(self) -> Observed:
-        """What has measured the heading, and how much."""
+        """The information about the heading, by its source."""
         return Observed.read(self._filled_by("hnav_ins_observed", "hnav_observed"))
 
 

@@ -1,4 +1,4 @@
-"""Samples of what aids the navigation filter, from any number of sources, in the order of their arrival."""
+"""Samples of the aids of the navigation filter, from any number of sources, in the order of their arrival."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hnav.native.arrays import Array, times
 from hnav.native.library import SENSORS
 
 AIDS = SENSORS[SENSORS.index("mag") :]
-"""What samples of aids are of: mag, heading, rest, speed, pressure, velocity, position."""
+"""Kinds of aid: mag, heading, rest, speed, pressure, velocity, position."""
 
 
 WIDTHS = {"mag": 3, "heading": 1, "rest": 0, "speed": 1, "pressure": 1, "velocity": 3, "position": 3}
@@ -79,7 +79,7 @@ class Aids:
         return self._add("mag", t_s, field, None, received_s)
 
     def rest(self, t_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
-        """Instants at which the body is known to stand: m; sigma of its velocity."""
+        """Instants at which the body stands: m; sigma of its velocity."""
         return self._add("rest", t_s, np.empty((len(np.atleast_1d(np.asarray(t_s))), 0)), sigma_m_s, received_s)
 
     def and_those_of(self, others: Sequence[Aids]) -> Aids:

@@ -1,4 +1,4 @@
-"""What the navigation filter answers: the estimate and what has measured it, and the arrays of a run."""
+"""Outputs of the navigation filter: the estimate, the sources of its heading, and the arrays of a run."""
 
 from __future__ import annotations
 
@@ -25,69 +25,69 @@ READY = ("tilt", "heading", "velocity", "position")
 
 @dataclass(frozen=True, eq=False)
 class Navigation(Record):
-    """The estimate at the time of the last advance; numbers are NaN before there is a tilt. While the heading is unknown they are
-    those of the likeliest heading."""
+    """The estimate at the time of the last advance; numbers are NaN before the tilt is initialised. While several headings
+    are possible they are those of the most probable one."""
 
     t_s: float
     """The time of the last advance."""
     latitude_rad: float
-    """Of the body."""
+    """Geodetic latitude of the body."""
     longitude_rad: float
-    """Of the body."""
+    """Longitude of the body."""
     height_m: float
-    """Above the ellipsoid."""
+    """Height of the body above the ellipsoid."""
     velocity_n_m_s: Array
-    """3: north, east, down."""
+    """3: velocity north, east, down."""
     q_nb: Array
-    """4: body to north-east-down, scalar first."""
+    """4: attitude, body to north-east-down, scalar first."""
     euler_rad: Array
     """3: roll, pitch, yaw; yaw is the true heading of body x."""
     position_e_m: Array
-    """3: Earth-centred, Earth-fixed."""
+    """3: position in Earth-centred, Earth-fixed axes."""
     velocity_e_m_s: Array
-    """3: in the same axes."""
+    """3: velocity in Earth-centred, Earth-fixed axes."""
     gyro_bias_rad_s: Array
-    """3, body axes."""
+    """3, body axes: bias of the gyroscopes."""
     accel_bias_m_s2: Array
-    """3, body axes."""
+    """3, body axes: bias of the accelerometers."""
     sigma_position_m: Array
-    """3: north, east, down."""
+    """3: standard deviation of the position north, east, down."""
     sigma_velocity_m_s: Array
-    """3: north, east, down."""
+    """3: of the velocity north, east, down."""
     sigma_rotation_rad: Array
-    """3: about north, east, down; the third is heading, its spread over the whole circle."""
+    """3: of the rotation about north, east, down; the third is the spread of the heading over the whole circle."""
     sigma_gyro_bias_rad_s: Array
-    """3."""
+    """3, body axes: of the gyroscope bias."""
     sigma_accel_bias_m_s2: Array
-    """3."""
+    """3, body axes: of the accelerometer bias."""
     heading_second_rad: float
-    """The strongest other heading."""
+    """The heading of the second most probable hypothesis."""
     heading_second_share: float
-    """Its probability; 0: there is none."""
+    """The probability of that hypothesis; 0 if there is none."""
     latency_s: float
-    """Of the satellites behind their stamps."""
+    """Estimated delay of the satellite fixes behind their time stamps."""
     sigma_latency_s: float
-    """Its standard deviation."""
+    """Standard deviation of latency_s."""
     phase: Annotated[str, Named(PHASES)]
     """One of PHASES."""
     tilt_ready: bool
-    """Known: a small sigma that was earned from samples."""
+    """Roll and pitch are determined: the filter reached a small sigma by samples, not by its start."""
     heading_ready: bool
-    """Likewise."""
+    """The heading is determined, likewise."""
     velocity_ready: bool
-    """Likewise."""
+    """The velocity is determined, likewise."""
     position_ready: bool
-    """Likewise."""
+    """The position is determined, likewise."""
     at_rest: bool
-    """The body stands."""
+    """The filter detected that the body stands."""
     gyro_scale: Array
-    """3, body axes: how much more than the rate each gyroscope shows, in parts of it."""
+    """3, body axes: scale error of each gyroscope, (shown - true) / true."""
     sigma_gyro_scale: Array
-    """3."""
+    """3: standard deviation of gyro_scale."""
     protection_m: Array
     """2: bounds that the horizontal and the vertical error of the position exceed for less than 1e-3 of the time."""
     protection_heading_rad: float
-    """That of the heading."""
+    """Bound that the heading error exceeds for less than 1e-3 of the time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ class Observed(Record):
 
 @dataclass(frozen=True, eq=False)
 class InsSamples:
-    """What a run of the INS was made of."""
+    """The samples that a run of the INS used."""
 
     rate_b_rad_s: Array
     """n x 3, sensor axes, n a multiple of the rows of the run or somewhat more."""
@@ -165,9 +165,9 @@ class InsRun(RunBase):
     options: Options | None = field(default=None, kw_only=True)
     """Those of the filter."""
     smoothed: bool = field(default=False, kw_only=True)
-    """Every row is from all samples."""
+    """Every row is estimated from all samples, earlier and later."""
     samples: InsSamples | None = field(default=None, kw_only=True)
-    """What the filter was given."""
+    """The samples that the filter got."""
 
     def observability(self) -> RunObservability:
         """Which errors of attitude and biases the samples determine, by what and from when on; print(*found.sentences(), sep="\\n").

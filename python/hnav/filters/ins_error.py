@@ -59,7 +59,7 @@ class InsErrorRun:
     sigma: Array
     """n x nx: its standard deviations."""
     covariance: Array
-    """n x nx x nx."""
+    """n x nx x nx: its covariance."""
     lam: Array
     """n x nz: the coloured error lambda; forms other than augmented have no such state and answer z - H x, lambda + v."""
     lam_sigma: Array
@@ -67,17 +67,17 @@ class InsErrorRun:
     compensated: Array
     """n x nz: z - lambda, NaN where z is missing."""
     innovation: Array
-    """n x nz, NaN where z is missing."""
+    """n x nz: innovation, NaN where z is missing."""
     nis: Array
-    """n: normalised innovation squared over the channels that are there."""
+    """n: normalised innovation squared of the channels with a measurement."""
     noise_scale: Array
     """n x nz: factor on Qv (on R in amdkf)."""
     fault_probability: Array
-    """n x nz: that the noise of the channel is above Qv."""
+    """n x nz: probability that the noise of the channel exceeds Qv."""
     bias_fault_probability: Array
-    """n x nz: that its coloured error has jumped; fades once the jump is learned. 0 unless noise_scaling is joint."""
+    """n x nz: probability that the coloured error of the channel has jumped; it decays once the jump is estimated. 0 unless noise_scaling is joint."""
     process_fault_probability: Array
-    """n: that state or coloured errors are driven by more than Qw or QU. 0 unless noise_scaling is joint."""
+    """n: probability that the process noise of the state or of the coloured errors exceeds Qw or QU. 0 unless noise_scaling is joint."""
 
 
 OUTPUTS = tuple(f.name for f in fields(InsErrorRun))
@@ -86,20 +86,20 @@ _IN_C = {"lam": "lambda", "lam_sigma": "lambda_sigma"}  # lambda is a word of Py
 
 @dataclass(frozen=True, eq=False)
 class InsErrorInfo(Record):
-    """Where the filter stands, and its sizes."""
+    """The number of steps so far, and the sizes of the model."""
 
     steps: int
-    """Done since creation or reset."""
+    """Number of steps since creation or reset."""
     shown_step: int
-    """The step, counted from 0, that the outputs are about."""
+    """The step, counted from 0, of the outputs."""
     nx: int
-    """States."""
+    """Number of states."""
     nu: int
-    """Inputs."""
+    """Number of inputs."""
     nz: int
-    """Measurements."""
+    """Number of measurements."""
     estimates_lambda: bool
-    """lambda is a state."""
+    """The coloured error lambda is a state."""
 
 
 # --------------------------------------------------------------------------------------------- the filter
@@ -111,8 +111,8 @@ class InsErrorFilter(StatefulObject):
         InsErrorFilter(model, form="amdkf", window=20)
         InsErrorFilter(model, InsErrorOptions(form="amdkf"))
 
-    Raises HnavValueError, naming the matrix or option, for models and options that are impossible: covariances that are none,
-    an An that lets lambda grow, an unstable mode of A that the measurements do not show. Filters are copied and pickled with
+    Raises HnavValueError, naming the matrix or option, for models and options that are impossible: a matrix that is no covariance,
+    an unstable An, an unstable mode of A that is not observable. Filters are copied and pickled with
     their state.
     """
 
@@ -202,7 +202,7 @@ class InsErrorFilter(StatefulObject):
         return float(self._arrays("separability", 1)[0][0])
 
     def info(self) -> InsErrorInfo:
-        """Where the filter stands, and its sizes."""
+        """The number of steps so far, and the sizes of the model."""
         return InsErrorInfo.read(self._filled("hnav_ins_error_info", "info"))
 
     def _arrays(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:

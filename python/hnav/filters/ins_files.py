@@ -44,7 +44,7 @@ def columns(run: InsRun) -> dict[str, np.ndarray]:
 
 
 def comments(run: InsRun, more: Sequence[str] = ()) -> list[str]:
-    """What the head of the file says, a line each; more: lines of the caller."""
+    """Lines of the head of the file; more: lines of the caller."""
     return [
         f"hnav {__version__}",
         *more,

@@ -19,9 +19,9 @@ from hnav.native.library import SENSORS
 from hnav.rotations import quaternion_exp, quaternion_product, rotated, rotation_error_rad
 
 EARTH_RAD_S = 7.292115e-5
-MEAN_S = 1.0  # over which an acceleration is averaged, as in the filter where the sensor vibrates
-RESTS_PER_S = 10.0  # rest is a velocity so often
-PASCAL_PER_M = 12.0  # pressure of the air by height
+MEAN_S = 1.0  # an acceleration is averaged over this time, as in the filter for a vibrating sensor
+RESTS_PER_S = 10.0  # rate at which rest measures a velocity
+PASCAL_PER_M = 12.0  # decrease of the air pressure with height
 # Places of the errors.
 ROTATION, GYRO, ACCEL, VELOCITY, POSITION = (slice(i, i + 3) for i in (0, 3, 6, 9, 12))
 IRON, DIRECTION = slice(15, 18), 18
@@ -31,7 +31,7 @@ ACCEL_BIASES = tuple(f"accelerometer bias {axis}" for axis in "xyz")
 
 @dataclass(frozen=True)
 class Motion:
-    """What the errors of a body flow by; axes as of RowWindows."""
+    """Motion that the flow of the errors depends on; axes as in RowWindows."""
 
     rows: RowWindows
     """Attitude and windows."""
@@ -44,13 +44,13 @@ class Motion:
 
     @classmethod
     def of(cls, run: InsRun, samples: InsSamples, options: Options) -> Motion:
-        """Of a run and what it was given."""
+        """The motion of a run and its samples."""
         rate, force = (_by_row(values, len(run.t_s), options) for values in (samples.rate_b_rad_s, samples.force_b_m_s2))
         rows = RowWindows.of(run.t_s, _without_jumps(run, rate - run.gyro_bias_rad_s))
         latest = run.accel_bias_m_s2[rows.rows[-1]]
         force_n = np.einsum("kij,kj->ki", rows.matrix, np.nan_to_num(force[rows.rows] - latest))
         mean = rows.summed(force_n * rows.steps_s[:, None]) / rows.length_s[:, None]
-        # Noise, and a wrong horizon, look like a small acceleration.
+        # Noise and an error of the tilt look like a small acceleration.
         count = max(1, min(len(mean), round(MEAN_S / float(np.median(rows.length_s)))))
         smooth = np.stack([np.convolve(axis, np.full(count, 1 / count), "same") for axis in mean.T[:2]])
         horizontal = np.hypot(*smooth) > G_M_S2 * options.ready_tilt_rad
@@ -83,7 +83,7 @@ def _by_row(values_s: Array, rows: int, options: Options) -> Array:
 
 
 def _without_jumps(run: InsRun, rate: Array) -> Array:
-    """n x 4: the attitude turned about the vertical so that the heading goes as the gyroscopes measured it until it was found."""
+    """n x 4: the attitude, turned about the vertical so that the heading follows the gyroscopes until it is found."""
     q = run.q_nb.copy()
     known = np.flatnonzero(np.isfinite(q).all(axis=1) & np.isfinite(rate).all(axis=1))
     if len(known) < 2:
@@ -100,7 +100,7 @@ def _without_jumps(run: InsRun, rate: Array) -> Array:
 
 
 def _sigmas(options: Options) -> Array:
-    """Of the errors before any sample."""
+    """Standard deviations of the errors before any sample."""
     given = options.start == "state"
     tilt = options.start_sigma_tilt_rad if given else UNKNOWN_TILT_RAD
     heading = options.start_sigma_heading_rad if given else UNKNOWN_HEADING_RAD

@@ -23,14 +23,14 @@ from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 
 SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (0.1,)}
-"""Standard deviations where a file has none: of a usual receiver, a usual chip, usual wheels; SI units."""
+"""Standard deviations of aids where a file has none, in SI units. Chosen: a usual receiver, pressure chip and wheels."""
 IN_A_GAP = 8
-"""So many samples of aids are kept of a time without rows: the filter starts again after one."""
+"""Samples of each aid that are kept of a gap without rows: the filter starts again after it."""
 PRESSURE_S = 0.1
-"""One pressure of so long is used: the errors of neighbours are the same, and counted as independent they would be weighed too
+"""Interval from which one pressure is used: neighbours have the same error, and as independent samples they would weigh too
 much."""
 PAIRED_SHARE = 0.5
-"""Of the rows with a rate, those with a force too; below it they were measured at times of their own."""
+"""Share of the rows with a rate that also have a force; below it both sensors have time stamps of their own."""
 
 
 def with_aids(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording:
@@ -65,7 +65,7 @@ def paired(recording: Recording) -> Recording:
 
 
 def field_of(recording: Recording) -> dict[str, AidSamples]:
-    """Of the magnetometer, as an aid without a sigma."""
+    """Samples of the magnetometer, as an aid without a sigma."""
     if recording.field_b_tesla is None or not (seen := np.isfinite(recording.field_b_tesla).all(axis=1)).any():
         return {}
     arrived_s, field = recording.t_s[seen], recording.field_b_tesla[seen]
@@ -74,7 +74,7 @@ def field_of(recording: Recording) -> dict[str, AidSamples]:
 
 
 def aids_in(recording: Recording) -> dict[str, AidSamples]:
-    """All that it has, its magnetometer too."""
+    """All aids of the recording, with its magnetometer."""
     return {**field_of(recording), **recording.aids}
 
 
@@ -102,7 +102,7 @@ class NavigationRun:
         if not len(recording.t_s):
             raise HnavValueError("size", f"{recording.name}: no samples")
         end_s = float(recording.t_s[-1])
-        if np.isneginf(self._until_s):  # what was before the first row says nothing about it
+        if np.isneginf(self._until_s):  # aids before the first row are not used
             self._until_s = np.nextafter(recording.t_s[0], -np.inf)
         for kind, one in aids_in(recording).items():
             self._waiting[kind] = joined([self._waiting[kind], one]) if kind in self._waiting else one
@@ -135,12 +135,12 @@ class NavigationRun:
 
     @property
     def us_per_sample(self) -> float:
-        """Time that the filter took for a row, in microseconds."""
+        """Time of the filter for a row, in microseconds."""
         return 1e6 * self._seconds / self._rows
 
     @property
     def counts(self) -> dict[str, int]:
-        """Used samples by what they are of, inflated ones, late ones, lost alignments."""
+        """Counters by name: used samples of each kind, inflated and late samples, lost alignments."""
         seen = self.ins.diagnostics()
         used, inflated = {name: seen.used[name] for name in AIDS}, {f"{name}_inflated": seen.gated[name] for name in AIDS}
         refused = {"late": seen.late, "non_finite": seen.non_finite, "times_lost": self.ins.health().times_lost}
@@ -187,11 +187,11 @@ def joined(parts: Iterable[AidSamples]) -> AidSamples:
 
 
 def _waiting(options: Options, aids: Mapping[str, AidSamples], interval_s: float) -> Options:
-    """With a horizon, and a queue, that the longest delay asks for."""
+    """Options whose horizon and queue are long enough for the longest delay."""
     made = copy(options)
     delay_s = max((float(np.max(one.arrived_s - one.t_s, initial=0.0)) for one in aids.values()), default=0.0)
     if made.horizon_s < delay_s:
-        # Some rows more than the longest delay: a sample arrives with the row after it.
+        # Some rows longer than the longest delay: a sample arrives with the row after it.
         made.horizon_s = delay_s + 2 * interval_s
     if made.horizon_s > 0:
         made.queue_capacity = max(made.queue_capacity, 3 * int(np.ceil(made.horizon_s / interval_s)) + 64)

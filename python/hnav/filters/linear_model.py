@@ -1,4 +1,4 @@
-"""Linear models whose measurements have time-correlated errors: what hnav.filters.ins_error estimates and is simulated by
+"""Linear models whose measurements have time-correlated errors, for the filter hnav.filters.ins_error and the simulation
 hnav.simulation.aircraft."""
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ class LinearModel:
     """0: the matrices are those of one step. Above: those of the differential equations dx/dt = A x + B u + G w and
     dlambda/dt = An lambda + Bn U with spectral densities Qw and QU, discretised exactly over this interval, u held."""
     nx: int = field(init=False)
-    """States."""
+    """Number of states."""
     nu: int = field(init=False)
-    """Inputs."""
+    """Number of inputs."""
     nz: int = field(init=False)
-    """Measurements."""
+    """Number of measurements."""
 
     def __post_init__(self) -> None:
         for name in MATRICES:

@@ -1,4 +1,4 @@
-"""Noise of sensors at rest: still parts of recordings, their overlapping Allan deviation, and what it measures with which confidence.
+"""Noise of sensors at rest: still parts of recordings, their overlapping Allan deviation, and the noise parameters fitted to it with their confidence.
 
     found = noise_of([hnav.read("night.csv")])
     found["gyro"].terms["white"].value         # rad/s/sqrt(Hz), of each axis
@@ -24,19 +24,19 @@ from hnav.units import G_M_S2
 
 WINDOW_S = 0.5
 STILL = {"gyro": np.radians(1.0), "accel": 0.3}
-"""Standard deviation within a window, rad/s and m/s2: above it the body moves, or shakes, whatever its chip."""
+"""Standard deviation within a window, rad/s and m/s2: above it the body moves or vibrates, whatever the sensor."""
 QUIET = 3.0
-"""Times the median of the still windows: above it somebody touched the table."""
+"""Factor on the median of the still windows above which a window is disturbed: somebody touched the table."""
 TURNS_RAD_S = np.radians(1.0)
-"""A window whose mean rate is so far from the median of the others turns evenly."""
+"""Distance of the mean rate of a window from the median of all: above it the body turns evenly."""
 LEAST_S = 20.0
-"""Of a still part: a shorter one determines the white noise only."""
+"""Shortest still part: a shorter one determines the white noise only."""
 PART_OF_LENGTH = 5
-"""The longest tau is this part of the longest still part."""
+"""The longest tau as a share of the longest still part."""
 FIRST = 8
-"""Samples of the shortest tau that is fitted: chips filter what is faster."""
+"""Samples in the shortest tau that is fitted: chips filter faster noise."""
 DRAWS = 400
-"""Of the points within their degrees of freedom, for the confidence of what is fitted to them."""
+"""Number of random draws of the points, for the confidence of the fitted parameters."""
 COLOURED = 0.4
 """Share of the degrees of freedom where noise is not white: there Haar's octaves depend on each other. Chosen so that the bounds hold in 95 %
 of simulated sensors."""
@@ -62,13 +62,13 @@ class Term:
     value: Array
     """3."""
     low: Array
-    """3: the lower end of 95 %; 0 where the length cannot distinguish it from none."""
+    """3: the lower end of 95 %; 0 where the recording is too short to distinguish it from 0."""
     high: Array
     """3: the upper end."""
 
     @property
     def is_measured(self) -> np.ndarray:
-        """3: whether the recording gives more than an upper limit."""
+        """3: whether the recording measures it, and not only an upper limit."""
         return self.low > 0
 
     @property

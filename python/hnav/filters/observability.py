@@ -19,19 +19,19 @@ import numpy as np
 
 from hnav.native.arrays import Array
 
-UNSEEN = 0.9  # share of a variance that is left: less than a tenth was removed
-SEEN = 0.1  # share of a variance that is left: the error is determined
-FIRST_S = 1.0  # what is determined sooner is determined from the start
-SLOWER = 2.0  # times the time with all samples and the motion: without the one or the other it takes much longer
-TURN_RAD = math.radians(10.0)  # a turn: at least so far
-TURN_SHARE = 0.25  # and faster than half its peak for at most so much of the time
-_PART = 0.2  # of the largest component, that makes another one part of a combination
-_SINGULAR = 1e-9  # of the largest variance: no direction of its own
+UNSEEN = 0.9  # remaining share of a variance above which the samples do not determine the error
+SEEN = 0.1  # remaining share of a variance below which the error is determined
+FIRST_S = 1.0  # an error that is determined sooner is determined from the start
+SLOWER = 2.0  # factor on the time with all samples and the motion above which it takes much longer without them
+TURN_RAD = math.radians(10.0)  # least angle of a turn
+TURN_SHARE = 0.25  # largest share of the time during which a turn is faster than half its peak
+_PART = 0.2  # share of the largest component above which another one is part of a combination
+_SINGULAR = 1e-9  # share of the largest variance below which a direction is singular
 
 
 @dataclass(frozen=True)
 class Removed:
-    """What samples have removed of what was unknown."""
+    """The reduction of the variances by the samples."""
 
     share: dict[str, float]
     """By name: 1 - variance with the samples / variance without them. 0: they determine nothing of it."""
@@ -40,7 +40,7 @@ class Removed:
 
 
 def removed(names: Sequence[str], prior: Array, left: Array) -> Removed:
-    """Of the covariances without samples and with them."""
+    """From the covariances without samples and with them."""
     scale = np.sqrt(np.diag(prior))
     known = scale > 0
     share = {name: float(1 - left[i, i] / prior[i, i]) if known[i] else math.nan for i, name in enumerate(names)}
@@ -80,13 +80,13 @@ class Windows:
     t_s: Array
     """m: ends, from the first row of the run on."""
     begin_s: float
-    """Where the first begins: at the first attitude."""
+    """Begin of the first window: the time of the first attitude."""
     Phi: Array
     """m x n x n: transition over each window."""
     Q: Array
-    """m x n x n: what noise adds in it."""
+    """m x n x n: covariance that noise adds in each window."""
     information: dict[str, Array]
-    """m x n x n: what the samples of each kind measure of the errors at its end."""
+    """m x n x n: information of the samples of each kind about the errors at the end of each window."""
 
 
 @dataclass(frozen=True)

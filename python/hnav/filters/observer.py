@@ -203,7 +203,7 @@ class BlockProof(Record):
     """Of the worst element: the derivative or sensor."""
     column: int
     """What is estimated."""
-    told: float
+    stated: float
     """There, by the plant."""
     measured: float
     """There, by differences."""
@@ -217,7 +217,7 @@ def contradicted(proof: Mapping[str, BlockProof], plan: Plan) -> list[str]:
             of = [*plan.sensors] if name.startswith("outputs") else [f"der({state})" for state in plan.states]
             pair = f"d {of[block.row]} / d {plan.estimated[block.column]}"
             sentences.append(
-                f"{name.replace('_', ' ')}: the plant says {pair} = {block.told:.6g}, differences {block.measured:.6g}; differences are used"
+                f"{name.replace('_', ' ')}: the plant says {pair} = {block.stated:.6g}, differences {block.measured:.6g}; differences are used"
             )
     return sentences
 

@@ -82,6 +82,13 @@ def plant_of(observer: Observer) -> ModelDescription:
             "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange",
             "plan",
         )
+    if observer.plan.plant.step_s:
+        raise HnavValueError(
+            "option",
+            f"{observer.plan.plant.path.name} offers Co-Simulation only, and an exported observer integrates its plant: export the plant for "
+            "Model Exchange",
+            "plan",
+        )
     return observer.plan.plant
 
 
@@ -275,7 +282,9 @@ def _outputs(observer: Observer, covariance: bool | None) -> Iterator[Row]:
 
 
 def _health(observer: Observer) -> Iterator[Row]:
-    yield Row("ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as told", "boolean")
+    yield Row(
+        "ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as stated", "boolean"
+    )
     yield Row("begun", 0, "begun", "The estimate has begun", "boolean")
     yield Row("repeatable", 0, "repeatable", "The plant answers bit for bit the same to the same question", "boolean")
     for role, text in (
@@ -347,6 +356,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
         Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
         for k, (name, text, unit) in enumerate(state)
     ]
+    all_states = tuple(range(first, first + len(state)))
     return made + [
         Row(
             "derivative",
@@ -356,7 +366,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
             causality="local",
             variability="continuous",
             derivative_of=first + k,
-            depends_on=tuple(range(first, first + len(state))),
+            depends_on=all_states,
         )
         for k, (name, text, _) in enumerate(state)
     ]

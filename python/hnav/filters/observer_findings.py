@@ -1,5 +1,5 @@
 """What stands out in an observer's run, as intervals of time: unknown inputs and parameters away from their usual value, bounds that are
-active, samples beyond their gate, innovations larger than told.
+active, samples beyond their gate, innovations larger than stated.
 
     for finding in findings(run, plan):
         print(finding.sentence(run.t_s[0]))
@@ -37,7 +37,7 @@ class Finding:
     name: str
     """Of what is estimated, or the sensors."""
     kind: str
-    """"away", "at its bound", "beyond its gate" or "larger than told"."""
+    """"away", "at its bound", "beyond its gate" or "larger than stated"."""
     start_s: float
     """Of its first row."""
     end_s: float
@@ -154,5 +154,5 @@ def _large(run: ObserverRun, names: list[str]) -> Iterator[Finding]:
     for rows in _groups(np.flatnonzero(hits), np.ones(len(hits), bool)):
         inside = slice(rows[0], rows[-1] + 1)
         who = ", ".join(name for name in names if of[name][inside].any())
-        what = f"{who}: innovations larger than told (mean NIS of {WINDOW} up to {np.max(worst[inside]):.1f}{_single(run, rows, names)})"
-        yield Finding(who, "larger than told", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), what)
+        what = f"{who}: innovations larger than stated (mean NIS of {WINDOW} up to {np.max(worst[inside]):.1f}{_single(run, rows, names)})"
+        yield Finding(who, "larger than stated", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), what)

@@ -266,6 +266,7 @@ class Plan:
         lines += [f"indicators {fmu.indicators}", f"derivatives {fmu.offers_derivatives:d}", f"once {fmu.once:d}"]
         lines += [f"memoryless {self.memoryless:d}", f"never_freed {self.never_freed:d}", f"discrete {bool(fmu.discrete):d}"]
         lines += [f"state_access {fmu.state_access}", f"step_done {fmu.step_done:d}"]
+        lines += [f"cosimulation {_text(fmu.step_s)}"] if fmu.step_s else []
         lines += [f"set {fmu.variables[name].reference} {_text(value)} {name}" for name, value in self.set_values.items()]
         for (state, derivative), known in zip(fmu.states, self.states.values()):
             lines.append(f"state {state.reference} {derivative.reference} {_numbers(known)} {state.name}")
@@ -326,7 +327,7 @@ def _check(name: str, **values: float) -> None:
 
 
 def _refuse_events(fmu: ModelDescription) -> None:
-    if fmu.state_access > 0:
+    if fmu.state_access > 0 or fmu.step_s > 0:
         return
     remedy = (
         "and cannot save its state (canGetAndSetFMUstate): export it with that, or without events, or say memoryless if its answers "

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from hnav.errors import HnavValueError
 from hnav.native.arrays import Array
@@ -18,6 +20,7 @@ Event = Callable[..., Any]
 """The same: answers the states after an event, and the discrete state where there is one."""
 
 _FUNCTION = "int(void *, double, const double *, const double *, const double *, double *)"
+_AT_POINTS = "int(void *, int32_t, double, const double *, const double *, const double *, double *)"
 
 
 class Plant:
@@ -81,6 +84,24 @@ class Plant:
         return f"<Plant: {'; '.join(f'{kind} {names}' for kind, names in named.items() if names)}>"
 
 
+class Row(NDArrayOperatorsMixin, list[float]):
+    """An array as far as functions of plants see it, whose elements are Python's numbers: to take those out of an array and to compute with
+    them takes ten times as long."""
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **more: Any) -> Any:
+        return getattr(ufunc, method)(*(np.array(one) if isinstance(one, Row) else one for one in inputs), **more)
+
+    def __getitem__(self, key: Any) -> Any:
+        return list.__getitem__(self, key) if type(key) is int else np.array(self)[key]
+
+    def __bool__(self) -> bool:
+        return bool(np.array(self))
+
+    def copy(self) -> Any:
+        """The elements as an array of NumPy."""
+        return np.array(self)
+
+
 class Asked:
     """A plant as the C library asks it: some of its inputs, parameters and outputs, in another order.
 
@@ -90,25 +111,28 @@ class Asked:
     def __init__(self, plant: Plant, sensors: Sequence[str], inputs: Sequence[str], parameters: Sequence[str]):
         self.plant = plant
         self.error: BaseException | None = None
-        self._rows = [plant.sensors.index(name) for name in sensors]
-        self._inputs = [list(plant.inputs).index(name) for name in inputs]
-        self._parameters = [list(plant.parameters).index(name) for name in parameters]
         n, free = len(plant.states), len(inputs) + len(parameters)
-        self._sizes = (n, len(inputs), len(parameters))
-        self._own_inputs, self._own_parameters = (np.array([*of.values()], float) for of in (plant.inputs, plant.parameters))
-        self.functions = {
-            "derivatives": self._function(lambda *at: self._vector(plant.derivatives, at, n, "derivatives")),
-            "outputs": self._function(lambda *at: self._vector(plant.outputs, at, len(plant.sensors), "outputs")[self._rows]),
-        }
-        self.sizes: dict[str, int] = {}
+        # Of x, u and p: how many the library has, the plant's own, and where those of the library stand among them; empty: in order.
+        self._kinds: list[tuple[int, list[float], list[int]]] = [(n, _floats(plant.states), [])]
+        for names, known in ((inputs, plant.inputs), (parameters, plant.parameters)):
+            places = [[*known].index(name) for name in names]
+            self._kinds.append((len(names), _floats(known), [] if places == [*range(len(known))] else places))
         self._discrete = np.array([*plant.discrete.values()], float)
+        self.functions: dict[str, Any] = {}
+        self.sizes: dict[str, int] = {}
+        sensors_used = [plant.sensors.index(name) for name in sensors]
+        for name, function, length, rows in (
+            ("derivatives", plant.derivatives, n, [*range(n)]),
+            ("outputs", plant.outputs, len(plant.sensors), sensors_used),
+        ):
+            called = self._called(function, length, name, rows)
+            self.functions[name] = _of_one_point(called)
+            self.functions[f"{name}_at_points"] = ffi.callback(_AT_POINTS, called, error=-1)
         if plant.event is not None:
             self._add_events(plant)
         jacobian = plant.jacobian
         if jacobian is not None and free == 0:
-            self.functions["derivatives_jacobian"] = self._function(
-                lambda *at: _shaped(jacobian(*self._full(*at)), (n, n), "jacobian").ravel()
-            )
+            self.functions["derivatives_jacobian"] = self._plainly(lambda *at: _shaped(jacobian(*at), (n, n), "jacobian"))
 
     def raise_kept(self) -> None:
         """What a function has raised since the last time."""
@@ -118,15 +142,12 @@ class Asked:
 
     def _add_events(self, plant: Plant) -> None:
         self.sizes["n_discrete"] = len(self._discrete)
-        self.functions["event"] = self._function(self._event)
+        self.functions["event"] = self._plainly(self._event)
         if plant.indicators is not None:
             indicators = plant.indicators
-            start = (0.0, np.array([*plant.states.values()], float), np.zeros(self._sizes[1]), np.zeros(self._sizes[2]))
-            start[2][:] = [[*plant.inputs.values()][i] for i in self._inputs]
-            start[3][:] = [[*plant.parameters.values()][i] for i in self._parameters]
-            count = np.atleast_1d(np.asarray(indicators(*self._full(*start)), float)).size
+            count = np.atleast_1d(np.asarray(indicators(0.0, *map(np.array, self._start), *self._also_discrete()), float)).size
             self.sizes["n_indicators"] = count
-            self.functions["indicators"] = self._function(lambda *at: self._vector(indicators, at, count, "indicators"))
+            self.functions["indicators"] = _of_one_point(self._called(indicators, count, "indicators", [*range(count)]))
         if plant.next_event is not None:
             self.functions["next_event_s"] = ffi.callback("double(void *, double)", self._next_event, error=float("inf"))
         if len(self._discrete):
@@ -135,7 +156,7 @@ class Asked:
 
     def _event(self, *at: Any) -> Array:
         assert self.plant.event is not None
-        sides, n = self.plant.event(*self._full(*at)), self._sizes[0]
+        sides, n = self.plant.event(*at), len(self.plant.states)
         if len(self._discrete):
             sides, discrete = sides
             self._discrete = _shaped(
@@ -160,33 +181,89 @@ class Asked:
     def _also_discrete(self) -> tuple[Array, ...]:
         return (self._discrete.copy(),) if len(self._discrete) else ()
 
-    def _full(self, t: float, x: Array, u: Array, p: Array) -> tuple[Any, ...]:
-        # Copies, and no more work than needed: this is done some fifty times for a sample.
-        inputs, parameters = self._own_inputs.copy(), self._own_parameters.copy()
-        if self._inputs:
-            inputs[self._inputs] = u
-        if self._parameters:
-            parameters[self._parameters] = p
-        return (t, x, inputs, parameters, *self._also_discrete())
+    @property
+    def _start(self) -> list[list[float]]:
+        return [own for _, own, _ in self._kinds]
 
-    def _vector(self, function: Function, at: Any, length: int, name: str) -> Array:
-        values = np.array(function(*self._full(*at)), float, ndmin=1)
-        return values if values.shape == (length,) else _shaped(values, (length,), name)
+    def _points(self, count: int, *pointers: Any) -> Iterable[Any]:
+        """x, u and p at so many points, with the inputs and parameters that the library has not."""
+        rows = []
+        for pointer, (size, own, places) in zip(pointers, self._kinds):
+            given = ffi.unpack(pointer, count * size) if size else []
+            cut = [given[k : k + size] for k in range(0, count * size, size)] if size else [own] * count
+            rows.append([_placed(own, places, row) for row in cut] if places else cut)
+        return [*zip(*rows)]
 
-    def _function(self, answer: Callable[..., Array]) -> Any:
-        sizes = self._sizes
+    def _called(self, function: Function, length: int, name: str, rows: list[int]) -> Callable[..., int]:
+        """The function at many points, some rows of its values. It has Python's numbers if it answers numbers, unless it needs NumPy's, at
+        all or there: a root of a negative number is NaN."""
 
-        def called(_: Any, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
+        def answers(t: float, points: Iterable[Any], kind: Callable[[list[float]], Any]) -> list[Any]:
+            return [function(t, kind(x), kind(u), kind(p), *self._also_discrete()) for x, u, p in points]
+
+        def write(found: Iterable[Any], values: Any) -> None:
+            flat = [one[row] for one in found for row in rows]
+            values[0 : len(flat)] = flat
+
+        def write_quickly(t: float, points: Iterable[Any], values: Any) -> bool:
             try:
-                at = [np.array(ffi.unpack(pointer, size)) if size else np.zeros(0) for pointer, size in zip((x, u, p), sizes)]
-                found = answer(t, *at)
+                found = answers(t, points, Row)
+                if is_number:
+                    found = [(one,) for one in found]
+                sound = all(len(one) == length for one in found)
+                if sound:
+                    write(found, values)
+            except Exception:  # raised again where it is the function's own
+                return False
+            return sound
+
+        def called(_: Any, count: int, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
+            try:
+                points = self._points(count, x, u, p)
+                if not (quick and write_quickly(t, points, values)):
+                    found = (np.array(one, float, ndmin=1) for one in answers(t, points, np.array))
+                    write([_shaped(one, (length,), name) for one in found], values)
+            except BaseException as error:
+                self.error = error
+                return -1
+            return 0
+
+        quick = is_number = False
+        with suppress(Exception):
+            (first,) = answers(0.0, [self._start], np.array)
+            is_number = isinstance(first, int | float)
+            quick = isinstance(first, int | float | tuple | list) and write_quickly(0.0, [self._start], [0.0] * len(rows))
+        return called
+
+    def _plainly(self, answer: Callable[..., Array]) -> Any:
+        """A function of one point that answers an array."""
+
+        def called(_: Any, count: int, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
+            try:
+                (at,) = self._points(count, x, u, p)
+                found = answer(t, *map(np.array, at), *self._also_discrete()).ravel()
                 values[0 : len(found)] = found.tolist()
             except BaseException as error:
                 self.error = error
                 return -1
             return 0
 
-        return ffi.callback(_FUNCTION, called, error=-1)
+        return _of_one_point(called)
+
+
+def _of_one_point(called: Callable[..., int]) -> Any:
+    return ffi.callback(_FUNCTION, lambda context, *at: called(context, 1, *at), error=-1)
+
+
+def _floats(known: Mapping[str, float]) -> list[float]:
+    return [*map(float, known.values())]
+
+
+def _placed(own: list[float], places: Iterable[int], values: list[float]) -> list[float]:
+    full = own.copy()
+    for place, value in zip(places, values):
+        full[place] = value
+    return full
 
 
 def _shaped(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:

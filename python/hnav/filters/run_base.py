@@ -1,4 +1,4 @@
-"""What the run of every filter is: arrays of one row for each instant, that are drawn, reported and tabled in one way."""
+"""The run of every filter: arrays with one row for each instant, with its plot, report and table."""
 
 from __future__ import annotations
 

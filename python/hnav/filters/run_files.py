@@ -26,7 +26,7 @@ from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 
 PARQUET = (".parquet", ".pq")
-ROWS = 50_000  # that become text at once
+ROWS = 50_000  # rows that are formatted at once
 ROW_GROUP = 2**17  # of Parquet
 
 
@@ -57,7 +57,7 @@ def _of_axes(name: str, unit: str) -> tuple[str, ...]:
 
 
 def _tilt_rad(run: Run) -> Array:
-    """Of the body's z axis from the vertical, 0 to pi: of level bodies 0 in both navigation frames."""
+    """Angle of the body's z axis from the vertical, 0 to pi: 0 for a level body in both navigation frames."""
     w, x, y, z = run.q_nb.T
     tilt: Array = np.arctan2(2 * np.hypot(w, z) * np.hypot(x, y), w * w + z * z - x * x - y * y)
     return tilt
@@ -71,7 +71,7 @@ def _accepted(run: Run) -> Array:
 
 
 def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
-    """What the head of the file says, a line each; more: lines of the caller."""
+    """Lines of the head of the file; more: lines of the caller."""
     lines = [f"hnav {__version__}", *more, *option_lines(run.options)]
     states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
     frame = "" if run.options is None else f" ({run.options.navigation_frame})"
@@ -84,7 +84,7 @@ def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
 
 
 def option_lines(options: Options | None) -> list[str]:
-    """What the head says of a filter's options."""
+    """Lines of the head about the options of the filter."""
     if options is None:
         return []
     changed = ", ".join(f"{name}={value}" for name, value in options.changed().items()) or "none"
@@ -100,7 +100,7 @@ def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
 
 
 PRECISE = {"t_s": "%r", "lat_deg": "%.12g", "lon_deg": "%.12g"}
-"""Columns whose digits count: %r is the shortest text that has the bits of the number."""
+"""Columns that keep every digit: %r is the shortest text with the bits of the number."""
 
 
 def write_pieces(path: str | Path, runs: Iterable[Run], more: Sequence[str] = ()) -> None:
@@ -116,13 +116,13 @@ Columns = dict[str, np.ndarray]
 
 
 def write_columns(path: str | Path, pieces: Iterator[Columns], said: Sequence[str]) -> None:
-    """The same for columns by name, whatever made them; said: the lines of the head. Raises HnavError."""
+    """The same for any columns by name; said: the lines of the head. Raises HnavError."""
     path, said = Path(path), [line.replace("\n", " ") for line in said]
     write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, pieces, said)})
 
 
 def formats_of(table: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """How the numbers of each column are written."""
+    """Format of the numbers of each column."""
     formats = {name: "%d" if values.dtype.kind == "u" else "%.9g" for name, values in table.items()}
     return {name: PRECISE.get(name, text) for name, text in formats.items()}
 
@@ -134,14 +134,14 @@ def _csv(path: Path, pieces: Iterator[Columns], said: Sequence[str]) -> Iterator
             yield "\n".join([*head, ",".join(table), ""]).encode()
             head = []
         line = ",".join(formats_of(table).values()) + "\n"
-        # A part at a time: as objects of Python the numbers take many times their room.
+        # In parts: as Python objects the numbers take many times their memory.
         for begin in range(0, len(table["t_s"]), ROWS):
             rows = zip(*(values[begin : begin + ROWS].tolist() for values in table.values()))
             yield "".join([line % row for row in rows]).encode()
 
 
 class _Sink(io.RawIOBase):
-    """What is written, until it is taken."""
+    """A buffer of the written bytes, until they are taken."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []

@@ -1,4 +1,4 @@
-"""The figures of a run that somebody would copy: last attitude and bias with sigma, when it was ready, rates, innovations.
+"""The figures of a run: last attitude and bias with sigma, times of readiness, sample rates, innovations.
 
 for name, value in rows(summary(run)): print(name, value)
 """
@@ -19,7 +19,7 @@ NIS_DIMENSIONS = {"hrekf": (3, 3), "ahrs": (2, 3)}
 
 @dataclass(frozen=True)
 class Summary:
-    """Angles in deg, rates in deg/s, times in s; NaN where nothing can be said."""
+    """Angles in deg, rates in deg/s, times in s; NaN where a figure is undefined."""
 
     rows: int
     """Rows of the run."""
@@ -28,23 +28,23 @@ class Summary:
     last_s: float
     """Time of the last row with an attitude."""
     euler_deg: Array
-    """3: roll, pitch, yaw there."""
+    """3: roll, pitch, yaw in that row."""
     heading_deg: float
-    """0 to 360, there."""
+    """Heading in that row, 0 to 360."""
     tilt_sigma_deg: float
-    """Of both horizontal axes together, there."""
+    """Standard deviation of the tilt in that row, both horizontal axes together."""
     heading_sigma_deg: float
-    """There."""
+    """Standard deviation of the heading in that row."""
     bias_deg_s: Array
-    """3, body axes, there."""
+    """3, body axes: gyro bias in that row."""
     bias_sigma_deg_s: Array
-    """3."""
+    """3: standard deviation of that bias."""
     ready_s: Array
-    """2: from the first row until tilt, and heading, were ready first."""
+    """2: time from the first row until the tilt, and the heading, were first ready."""
     ready_share: Array
     """2: share of the rows in which tilt, and heading, were ready."""
     nis: Array
-    """2: means of force and field."""
+    """2: mean normalised innovation squared of force and field."""
     accepted_share: Array
     """2: share of the used samples of force and field that their gates let pass as they were."""
 

@@ -1,4 +1,4 @@
-"""The rows of a run gathered into windows: what the errors of an attitude flow by, in axes whose first points forward at the end."""
+"""The rows of a run in windows: the motion that the errors of an attitude depend on, in axes whose first points forward at the end."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from hnav.rotations import rotated, rotation_error_rad
 
 Indices = npt.NDArray[np.intp]
 MOST = 600  # windows of a run
-LEVEL = 0.1  # of a unit vector: a body axis with less of it in the horizontal has no heading
-UPRIGHT = math.cos(math.radians(20.0))  # of an axis that is called vertical
-LONGEST_S = 0.1  # no sample stands for longer
+LEVEL = 0.1  # horizontal part of a body axis below which its heading is undefined
+UPRIGHT = math.cos(math.radians(20.0))  # least cosine to the vertical of an axis that is called vertical
+LONGEST_S = 0.1  # longest time that a sample counts for
 G_M_S2 = 9.81
 UNKNOWN_TILT_RAD, UNKNOWN_HEADING_RAD = 1.0, math.pi / math.sqrt(3)  # sigma before any sample; of a uniform heading
 ANGLES = ("roll", "pitch", "heading")  # the first errors
@@ -41,9 +41,9 @@ class RowWindows:
     turn_path: Array
     """m x 3 x 3: the integral of the integral."""
     turned_rad: Array
-    """m: by how much the body turns."""
+    """m: angle that the body turns by in each window."""
     heading_rad: float
-    """Of forward, in the navigation axes of the run: their rotation about the vertical."""
+    """Azimuth of forward in the navigation axes of the run."""
     all_t_s: Array
     """n: instants of the run."""
 
@@ -85,7 +85,7 @@ class RowWindows:
 
     @property
     def steps_s(self) -> Array:
-        """Of the rows with an attitude: the time since the one before."""
+        """Time of each row with an attitude since the one before."""
         t = self.all_t_s[self.rows]
         return np.diff(t, prepend=t[0])
 
@@ -103,7 +103,7 @@ class RowWindows:
         return replace(still, turned_rad=np.zeros(len(self.t_s)))
 
     def seconds(self, used: BoolArray) -> Array:
-        """m: for how long samples stand that were used in these rows of the run, n."""
+        """m: time in each window that the samples used in these rows (n) count for."""
         at = np.flatnonzero(used[self.rows])
         stands = np.zeros(len(self.rows))
         t = self.all_t_s[self.rows]
@@ -119,7 +119,7 @@ class RowWindows:
 
 
 def _heading_of(matrix: Array) -> float:
-    """Of body x; of body z where x is upright."""
+    """Azimuth of body x, or of body z where x is upright."""
     for axis in (0, 2):
         if math.hypot(*matrix[:2, axis]) > LEVEL:
             return math.atan2(matrix[1, axis], matrix[0, axis])

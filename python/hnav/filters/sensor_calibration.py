@@ -26,61 +26,61 @@ from hnav.rotations import quaternion_product, rotated
 from hnav.units import G_M_S2
 
 LEAST_REST_S = 1.0
-"""Of a rest: one second of a consumer chip gives gravity to 0.01 deg."""
+"""Shortest rest that is used: the mean of one second of a consumer chip gives gravity to 0.01 deg."""
 LONGEST_TURN_S = 30.0
-"""Between two rests: the bias of a gyroscope wanders in longer ones."""
+"""Longest turn between two rests that is used: the gyroscope bias wanders in longer ones."""
 LONGEST_GAP_S = 0.1
-"""Between two rates of a turn."""
+"""Longest interval between two rates of a turn."""
 BLOCK_S = 0.25
-"""Means of so long are taken as independent: the noise of chips, and a table that trembles, is coloured below."""
+"""Means over this time are treated as independent: over shorter times the noise of chips, and of a trembling table, is coloured."""
 ATTITUDES, APART_RAD = 9, np.radians(20)
-"""Fewest attitudes, so far apart: nine parameters of the accelerometer, one equation an attitude."""
+"""Fewest attitudes, and the angle between them: the accelerometer has nine parameters, and each attitude gives one equation."""
 LIMITS = {"accel offset": 0.05, "accel matrix": 0.005, "gyro matrix": 0.01}
-"""Sigmas above which a calibration is refused: m/s2, and parts of one; a factory's trim of a consumer chip is as good."""
+"""Sigmas above which a calibration is refused, in m/s2 and as a scale; the factory's trim of a consumer chip is as good."""
 SURE = 0.95
-"""Probability below which a spread of the bias is taken for noise."""
+"""Probability below which a spread of the bias is treated as noise."""
 UPPER = np.triu_indices(3)
 PARAMETERS = 21
 ROUNDS = 2
-"""Each has the weights at the parameters of the one before: errors of some percent change the weights by as much."""
+"""Rounds of weighted least squares, each with the weights of the previous solution: errors of some percent change the weights by as much."""
 SCALES = np.array([0.1] * 3 + [0.01] * 6 + [0.01] * 3 + [0.01] * 9)
-"""Of the parameters, for the solver: usual errors."""
+"""Usual errors of the parameters, by which the solver scales them."""
 
 
 @dataclass(frozen=True)
 class Rests:
-    """What a recording gives: n rests and the turns between them."""
+    """The n rests of a recording and the turns between them."""
 
     t_s: Array
-    """n x 2: begin and end."""
+    """n x 2: begin and end of each rest."""
     force: Array
-    """n x 3: means, m/s2."""
+    """n x 3: mean specific force of each rest, m/s2."""
     rate: Array
-    """n x 3: means, rad/s."""
+    """n x 3: mean rate of each rest, rad/s."""
     force_variance: Array
-    """n x 3: of the means."""
+    """n x 3: variance of the mean force."""
     rate_variance: Array
-    """n x 3: of the means."""
+    """n x 3: variance of the mean rate."""
     after: np.ndarray
-    """m: the rest after which each turn begins; between some there is none that can be used."""
+    """m: the rest after which each turn begins; turns that cannot be used are left out."""
     steps_s: Array
     """m x L: durations of the intervals of each turn, L a power of two, 0 after its end."""
     turn_rate: Array
-    """m x L x 3: their mean rates."""
+    """m x L x 3: mean rates of those intervals."""
     rate_density: Array
-    """3: (rad/s)^2/Hz, of the gyroscope."""
+    """3: white noise of the gyroscope, (rad/s)^2/Hz."""
     wander: Array
-    """3: (rad/s)^2, of the bias from rest to rest."""
+    """3: variance of the bias change from rest to rest, (rad/s)^2."""
 
 
 @dataclass(frozen=True)
 class SensorCalibration:
-    """What was found, and what to judge it by."""
+    """The corrections of accelerometer and gyroscope, and figures of their quality."""
 
     accel: Correction
-    """Of the force; its matrix is upper triangular."""
+    """Correction of the force; its matrix is upper triangular."""
     gyro: Correction
-    """Of the rate."""
+    """Correction of the rate."""
     covariance: Array
     """21 x 21: accelerometer offset and upper triangle, gyroscope offset and matrix by rows."""
     directions: Array
@@ -88,7 +88,7 @@ class SensorCalibration:
     missing: Array
     """3: the direction that is farthest from all of them."""
     missing_rad: float
-    """So far."""
+    """Angle between that direction and the nearest rest."""
     chi2: float
     """Mean square of the weighted residuals, 1 when the noise of the rests explains them; sigmas hold what is above."""
 
@@ -162,7 +162,7 @@ def rests_of(recording: Recording) -> Rests:
 
 
 def _block_means(t_s: Array, values: Array, spans: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-    """Of each span: mean (n x 3), and variance of the means of its blocks (n x 3)."""
+    """Mean (n x 3) of each span, and variance of that mean from its blocks (n x 3)."""
     means, variances = [], []
     for begin_s, end_s in spans:
         rows = (t_s >= begin_s) & (t_s < end_s)
@@ -189,7 +189,7 @@ def _turn(t_s: Array, rate: Array, begin_s: float, end_s: float) -> tuple[Array,
 
 
 def corrections(parameters: Array, covariance: Array) -> tuple[Correction, Correction]:
-    """Of accelerometer and gyroscope, with their sigmas."""
+    """Corrections of accelerometer and gyroscope, with their sigmas."""
     sigma = np.sqrt(np.diag(covariance))
     made = []
     for values in (parameters, sigma):
@@ -211,7 +211,7 @@ def residuals(rests: Rests, parameters: Array, gravity_m_s2: float) -> Array:
 
 
 def covariance_of(rests: Rests, parameters: Array) -> Array:
-    """Of the residuals, by the noise of the means at rest and of the rates of the turns."""
+    """Sigmas of the residuals, by the noise of the means at rest and of the rates of the turns."""
     n, m = len(rests.force), len(rests.after)
     accel, gyro = corrections(parameters, np.eye(PARAMETERS))
     force = accel.apply(rests.force)
@@ -244,7 +244,7 @@ def turns_of(steps_s: Array, rate: Array) -> Array:
 
 
 def _of_direction(direction: Array, length: float) -> Array:
-    """3 x 3: what a change of a vector does to its direction."""
+    """3 x 3: derivative of the direction of a vector by the vector."""
     return np.asarray((np.eye(3) - np.outer(direction, direction)) / length)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from hnav.errors import HnavValueError
 
-MOST_BYTES, MOST_ENTRIES = 1 << 30, 10_000  # of an archive and the FMUs in it, all that a run unpacks
+MOST_BYTES, MOST_ENTRIES = 1 << 30, 10_000  # an archive and the FMUs in it: everything that one run unpacks
 
 
 @dataclass
@@ -21,7 +21,7 @@ class Room:
     entries: int = field(default_factory=lambda: MOST_ENTRIES)
 
     def take(self, entries: Sequence[zipfile.ZipInfo], shown: str) -> None:
-        """Raises HnavError before anything is written. No entry gives more bytes than it declares: zipfile stops there."""
+        """Raises HnavError before anything is written. zipfile stops each entry at its declared size."""
         self.bytes -= sum(entry.file_size for entry in entries)
         self.entries -= len(entries)
         if self.bytes < 0:

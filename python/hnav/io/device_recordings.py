@@ -36,12 +36,12 @@ TESLA_PER_GAUSS = 1e-4
 # An arbitrary unit needs some scale: the filter divides by the reference strength, so this one cancels.
 TESLA_PER_ARBITRARY_UNIT = 50e-6
 
-# North-west-up axes seen from east-north-up ones: north is the second axis, west the negative first.
+# North-west-up axes expressed in east-north-up: north is the second axis, west the negative first.
 ENU_FROM_NWU = Rotation.from_euler("z", 90, degrees=True)
 
 
 class WheelUnavailable(HnavRuntimeError):
-    """The wheel with the recordings cannot be had; the text says how to provide it."""
+    """The wheel with the recordings is not available; the text says how to provide it."""
 
     def __init__(self, text: str):
         super().__init__("no data", text)
@@ -52,9 +52,9 @@ class WheelUnavailable(HnavRuntimeError):
 
 @dataclass(frozen=True)
 class DeviceRecording:
-    """A recording, where it lies in the wheel, and what was found out about its frames and units."""
+    """A recording: its place in the wheel, its frames and units."""
 
-    recording: Recording  # the reference attitude is the device's own: an estimate, no ground truth
+    recording: Recording  # the reference attitude is the device's own estimate, not ground truth
     source: str
     findings: tuple[str, ...]
 
@@ -79,14 +79,14 @@ def find_wheel() -> Path:
 
 
 def cache_folder() -> Path:
-    """.cache at the top of a checkout, the user's cache folder when hnav is installed elsewhere."""
+    """.cache at the top of a checkout, else the user's cache folder."""
     if (CHECKOUT / "pyproject.toml").is_file():
         return CHECKOUT / ".cache"
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hnav"
 
 
 def download(folder: Path) -> None:
-    """Lets pip fetch the wheel into the folder, from whatever index pip is set up for."""
+    """Downloads the wheel into the folder with pip, from its configured index."""
     folder.mkdir(parents=True, exist_ok=True)
     command = [
         sys.executable,
@@ -142,7 +142,7 @@ def read_xsens(wheel: Path) -> DeviceRecording:
     q_enu = _to_enu(Rotation.from_quat(rows[:, [11, 12, 13, 10]]))
     recording = Recording(
         name="Xsens, walking",
-        t_s=(rows[:, 0] - rows[0, 0]) / 50.0,  # the counter counts without a gap
+        t_s=(rows[:, 0] - rows[0, 0]) / 50.0,  # the counter has no gap
         rate_b_rad_s=rows[:, 4:7],
         force_b_m_s2=rows[:, 1:4],
         field_b_tesla=rows[:, 7:10] * TESLA_PER_ARBITRARY_UNIT,

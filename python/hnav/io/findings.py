@@ -18,9 +18,10 @@ MEANINGLESS = {
     "unit": ("gyro", "accel", "time"), "axes": ("gyro", "accel", "mag"), "sign": ("accel",), "scale": ("gyro",), "gravity_removed": ("accel",),
     "all_zero": ("accel",), "no_samples": ("gyro", "accel"),
 }  # fmt: skip
-"""By code the sensors whose fault leaves no attitude, or one whose sigma is far too small. On BROAD trials such recordings give errors
-of 14 to 180 deg with sigmas of 1 to 6 deg. A field of a wrong unit, of zeros or with hard iron gives sigmas that are right: 104 deg of
-heading."""
+"""Faults by code and sensor that leave no attitude, or one with a sigma that is far too small. On BROAD trials such
+recordings give errors of 14 to 180 deg with sigmas of 1 to 6 deg. A field with a wrong unit, of zeros or with hard iron is
+not among them: its sigma of the heading, 104 deg, is right.
+"""
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,14 @@ class Finding:
 
     @property
     def is_meaningless(self) -> bool:
-        """Whether no estimate from this recording can be used before the fault is mended."""
+        """Whether the fault must be corrected before an estimate makes sense."""
         return self.certain and self.sensor in MEANINGLESS.get(self.code, ())
 
     @property
     def stops(self) -> bool:
-        """Whether nothing is to be estimated before the fault is mended, or before the user has said which side of the magnetic
-        equator it is: without that a negated force looks like the other side."""
+        """Whether filtering must wait for a correction, or for the hemisphere: without it a negated force cannot be
+        distinguished from the other hemisphere.
+        """
         return self.is_meaningless or self.code == "sign"
 
     @property
@@ -70,11 +72,11 @@ class Finding:
 def warning(
     code: str, sensor: str, message: str, argument: str | None = None, value: str = "", advice: str = "", certain: bool = False
 ) -> Finding:
-    """A finding that has a cure."""
+    """A finding with a remedy."""
     return Finding("warning", code, sensor, message, argument, value, advice, certain)
 
 
 def unit_name(recording: Recording, quantity: str) -> str:
-    """The unit that the numbers of the file were taken for."""
+    """The unit assumed for the numbers of the file."""
     unit = recording.origin.units.get(quantity) if recording.origin else None
     return unit.name if unit else next(iter(SI_PER[quantity]))

@@ -9,15 +9,16 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from xml.sax.saxutils import escape, quoteattr
 
 from hnav.io.model_description import DIMENSIONS, Unit
 
-# As the enumerations of fmu/adapter/variable.hpp have them.
+# As in the enumerations of fmu/adapter/variable.hpp.
 TYPES = ("real", "integer", "boolean", "enumeration")
 CAUSALITIES = ("independent", "parameter", "calculatedParameter", "input", "output", "local")
 _ELEMENTS = {2: ("Real", "Integer", "Boolean", "Enumeration"), 3: ("Float64", "Int32", "Boolean", "Enumeration")}
-_NAME_BYTES = 63  # of the names that the binary keeps
+_NAME_BYTES = 63  # the longest name that the binary can hold
 _FNV = 14695981039346656037, 1099511628211
 _STRUCTURED = re.compile(r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*|time|der\(.*\)")
 _INF = math.inf
@@ -38,24 +39,24 @@ class Row:
     variability: str = "discrete"
     unit: str = ""
     start: float = 0.0
-    """Of inputs and parameters."""
+    """Start value of inputs and parameters."""
     min: float = -_INF
     max: float = _INF
     choices: tuple[tuple[str, str], ...] = ()
-    """Of an enumeration: name and meaning."""
+    """Names and descriptions of an enumeration."""
     derivative_of: int | None = None
-    """Its state, by place, counted from 0."""
+    """The state of a derivative, as its place counted from 0."""
     is_state: bool = False
     is_indicator: bool = False
     is_difference: bool = False
-    """Of two values: the offset of its unit does not apply."""
+    """A difference of two values: the offset of its unit does not apply."""
     depends_on: tuple[int, ...] | None = ()
-    """States by place, counted from 0; None: on whatever there is."""
+    """Places of the states that it depends on, counted from 0; None: on all."""
 
 
 @dataclass(frozen=True)
 class About:
-    """What an FMU is."""
+    """The properties of an FMU as a whole."""
 
     name: str
     identifier: str
@@ -82,7 +83,7 @@ def token(rows: Iterable[Row]) -> str:
 
 
 def number(value: float) -> str:
-    """The shortest text that reads as the same number."""
+    """The shortest text that parses to the same number."""
     return f"{value:.0f}" if value == round(value) and abs(value) < 1e10 else repr(float(value))
 
 
@@ -189,12 +190,16 @@ def _variable(row: Row, reference: int, fmi: int) -> str:
 
 
 def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
-    place = "index" if fmi == 2 else "valueReference"  # one number: value references count the variables from 1
+    place = "index" if fmi == 2 else "valueReference"  # one number, because value references count the variables from 1
 
     def unknown(element: str, k: int, initial: bool) -> str:
         known = rows[k].depends_on
-        dependencies = None if initial or known is None else " ".join(str(j + 1) for j in known)
+        dependencies = None if initial or known is None else listed_once(tuple(known))
         return f"    <{element}{_attributes(**{place: k + 1}, dependencies=dependencies)}/>"
+
+    @cache  # all derivatives of an observer depend on all its states: thousands of lists with thousands of numbers
+    def listed_once(known: tuple[int, ...]) -> str:
+        return " ".join(str(j + 1) for j in known)
 
     def listed(element: str, wanted: Iterable[int], initial: bool = False) -> list[str]:
         return [unknown(element, k, initial) for k in wanted]
@@ -222,7 +227,7 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
 
 
 def terminals(rows: Iterable[Row]) -> str:
-    """terminalsAndIcons.xml: inputs and outputs that share the part of the name before the first dot are one plug, but for counts."""
+    """terminalsAndIcons.xml: inputs and outputs with the same prefix before the first dot form one terminal, except counts."""
     plugs = dict[str, list[str]]()
     for row in rows:
         plug, dot, _ = row.name.partition(".")

@@ -87,10 +87,10 @@ class Scheme:
     """How the cells of a line become a row."""
 
     places: tuple[int, ...]
-    """Of each of the ten numbers of a row; -1: the line has none."""
+    """Column of each of the ten numbers of a row; -1: none."""
     factors: tuple[float, ...]
     table: Table
-    """The lines that it was found by."""
+    """Number of lines that determined the plan."""
 
     def row(self, cells: Sequence[Any]) -> list[float]:
         """Raises ValueError, TypeError or IndexError for a line that is not a sample."""
@@ -146,9 +146,9 @@ class LiveLines:
 
     def __init__(self, wishes: Wishes, aids: bool = False):
         self.counts: Counter[str] = Counter()
-        """Lines, rows, and what was left out, by reason."""
+        """Numbers of lines, of rows, and of ignored lines by reason."""
         self.notes: list[str] = []
-        """What was assumed or mended; the caller says it and empties the list."""
+        """Assumptions and corrections; the caller prints them and empties the list."""
         self.columns = CSV_COLUMNS + (AID_COLUMNS if aids else ())
         """Of a row."""
         self._roles = self.columns + (OVER_GROUND if aids else ())
@@ -168,7 +168,7 @@ class LiveLines:
         self._left: list[bytes] = []
 
     def take(self, chunks: Sequence[Chunk], ending: bool = False) -> Array:
-        """The rows of these bytes. ending: nothing more comes."""
+        """The rows of these bytes. ending: the source has ended."""
         lines = [line for chunk in chunks for line in self._lines(chunk)]
         if not lines and not self._probe:
             self._refuse_other_lines(ending)
@@ -210,7 +210,7 @@ class LiveLines:
         return found
 
     def _parted(self, line: bytes) -> tuple[tuple[str, ...], Sequence[Any]] | None:
-        """Names and cells; None for a header, which goes for what follows, and for what is neither."""
+        """Names and cells; None for a header, which names the columns of the lines after it, and for other content."""
         try:
             text = line.decode().strip()
             if text.startswith("{"):
@@ -272,7 +272,7 @@ class LiveLines:
         if len(self._left) < PROBE_LINES and not self.counts["rows"]:
             self._left.append(line)
         if self.counts["no sample"] == 1:
-            shown = repr(line[:SHOWN_CHARACTERS])[2:-1]  # nothing in it reaches a terminal as it is
+            shown = repr(line[:SHOWN_CHARACTERS])[2:-1]  # control characters must not reach a terminal
             self.notes.append(f"a line is no sample, the first of those that are counted: {shown}")
 
     # ----------------------------------------------------------------------------------------- rows
@@ -283,7 +283,7 @@ class LiveLines:
         return {role: column for role, column in found.items() if role in self._roles}
 
     def _find_schemes(self, lines: Sequence[Line]) -> None:
-        """Raises RecordingError when all of them together lack the times or a sensor."""
+        """Raises RecordingError when these columns together lack the times or a sensor."""
         for names in dict.fromkeys(line.names for line in lines):
             self._scheme(names, [line for line in lines if line.names == names])
         found = [scheme for scheme in self._schemes.values() if scheme]
@@ -294,7 +294,7 @@ class LiveLines:
                 raise RecordingError(missing_column(SHOWN, table, *(f"{sensor[0]}{axis}" for axis in "xyz")))
 
     def _scheme(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
-        """Of lines with these names, found by the first of them; None where they have no samples."""
+        """The plan for lines with these names; None where they have no samples. The first line determines units."""
         if names not in self._schemes:
             self._schemes[names] = self._found(names, lines)
         return self._schemes[names]
@@ -336,7 +336,7 @@ class LiveLines:
         return [(column.place, float(sign * column.sign) * si_per(sensor, unit.name)) for column, sign in zip(columns, signs)]
 
     def _row(self, line: Line) -> list[float] | None:
-        """A row with the stamp of its line; None for a line that is none, which is counted."""
+        """A row with the stamp of its line; None, and counted, for a line without a sample."""
         row = self._numbers(line)
         if row is None:
             self._leave_out(",".join(map(str, line.cells)).encode())
@@ -368,11 +368,13 @@ class LiveLines:
         return done + self._placed(row, arrived_s)
 
     def _is_next(self, stamp_s: float, arrived_s: float) -> bool:
-        """Whether a stamp of satellites goes on from the newest row: of another clock, or late, they count with the next row."""
+        """Whether a stamp of a satellite fix follows the newest row; if it is late or of another clock, the fix joins the
+        next row.
+        """
         return self._clock.ahead_s(stamp_s) > 0 and not self._clock.is_strange(stamp_s, arrived_s)
 
     def _placed(self, row: list[float], arrived_s: float) -> list[list[float]]:
-        """The row at its time; none where it is late."""
+        """The row at its time; None if it is late."""
         beside = all(math.isnan(new) or math.isnan(old) for new, old in zip(row[1:], self._before[1:]))
         t_s, set_s = self._clock.take(row[0], arrived_s, beside)
         if math.isnan(t_s):
@@ -390,7 +392,7 @@ class LiveLines:
         return [self.columns.index(name) for name in names]
 
     def _put_into(self, row: list[float], untimed: list[float]) -> bool:
-        """Samples without a time of their own into a row that has none of their kind; whether none is left."""
+        """Moves waiting samples into a row that has none of their kind; returns whether all were moved."""
         left = False
         for places in map(self._places, WITH_SIGMAS):
             if all(math.isnan(untimed[place]) for place in places):
@@ -440,12 +442,12 @@ class LiveLines:
 
 
 def _scaled(column: Column, values: Array) -> tuple[int, float]:
-    """Of what aids navigation: place, and the factor to its unit."""
+    """Column of an aiding value, and the factor to its unit."""
     return column.place, column.factor * (pressure_factor(column, values) if column.role == "pressure_pa" else 1.0)
 
 
 def _by_sensor(values: dict[str, Any]) -> dict[str, Any]:
-    """An object of one sensor, which a text in it names, with axes that are called after it."""
+    """An object of one sensor, named by a text in it, with its axes renamed after the sensor."""
     sensor = next((str(values[kind]) for kind in KINDS if kind in values and is_sensor(str(values[kind]))), "")
     return {f"{sensor}_{name}" if sensor and name.lower() in AXES else name: value for name, value in values.items()}
 

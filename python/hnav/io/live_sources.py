@@ -41,20 +41,20 @@ KINDS = "a serial port (/dev/ttyUSB0, COM3), udp://HOST:PORT, tcp://HOST:PORT, m
 
 @dataclass(frozen=True)
 class Chunk:
-    """Bytes as they arrived."""
+    """Bytes as received."""
 
     arrived_s: float
     """By time.monotonic()."""
     data: bytes
     connection: int
-    """Counts how often the source was opened; lines do not go on from one connection to the next."""
+    """Number of the connection; a line does not continue from one connection to the next."""
 
 
 class LiveSource:
     """Base of all sources. A subclass defines chunks(), which opens it, yields bytes, and raises OSError when it is lost."""
 
     ENDS = False
-    """Whether the end of the data is the end of the source."""
+    """Whether the source ends with its data."""
     LOSS = "dropped by the system"
     """Description of the dropped count."""
     WAITING = 64
@@ -70,8 +70,9 @@ class LiveSource:
 
     @staticmethod
     def named(text: str, baud: int = BAUD, aids: bool = False) -> LiveSource:
-        """By the name that users give. aids: of MAVLink satellites too. Raises HnavError for another name, and for a package that is
-        missing."""
+        """The source of a name given by a user. aids: also satellite messages of MAVLink. Raises HnavError for an unknown
+        name or a missing package.
+        """
         kind, rest = text.partition(":")[0].lower(), text.partition(":")[2]
         if text == "-":
             return _Input(text)
@@ -91,14 +92,14 @@ class LiveSource:
 
     def __exit__(self, *_: object) -> None:
         self._ended.set()
-        with suppress(queue.Empty):  # a thread that waits for room ends too
+        with suppress(queue.Empty):  # a thread that waits for space must end too
             while True:
                 self._queue.get_nowait()
         if not isinstance(self, _Input):  # standard input is read without a time limit
             self._thread.join(timeout=2.0)
 
     def wait(self, timeout_s: float) -> list[Chunk] | None:
-        """All that has arrived, after waiting for a first chunk; empty after the time limit, None at the end of the source."""
+        """All received chunks, after waiting for the first; empty after the time limit, None at the end of the source."""
         found = []
         with suppress(queue.Empty):
             found.append(self._queue.get(timeout_s > 0, timeout_s))
@@ -111,7 +112,7 @@ class LiveSource:
         return chunks or None
 
     def chunks(self) -> Iterator[bytes]:
-        """Opens the source and yields what it sends. Raises OSError."""
+        """Opens the source and yields its data. Raises OSError."""
         raise NotImplementedError
 
     @property
@@ -179,7 +180,7 @@ class _Udp(LiveSource):
                     yield self._received()
 
     def _received(self) -> bytes:
-        """A datagram, whose end is the end of a line."""
+        """A datagram; its end is the end of a line."""
         if sys.platform != "linux":
             return self._socket.recv(BLOCK_BYTES) + b"\n"
         data, more, *_ = self._socket.recvmsg(BLOCK_BYTES, socket.CMSG_SPACE(4))
@@ -263,7 +264,7 @@ MAVLINK = {
     "HIGHRES_IMU": ("time_usec", 1e-6, 1.0, 1.0, 1e-4),
     "SCALED_IMU": ("time_boot_ms", 1e-3, 1e-3, 9.80665e-3, 1e-7),
 }
-"""Of a message: the field of its time, and what its units of time, rate, force and field are in s, rad/s, m/s2 and T (MAVLink, common.xml)."""
+"""Per message: its time field, and its units of time, rate, force and field in s, rad/s, m/s2 and T (MAVLink, common.xml)."""
 UPDATED = {"gyro": 0x38, "acc": 0x07, "mag": 0x1C0}
 UPDATED_PRESSURE = 0x200
 """Bits of fields_updated in HIGHRES_IMU."""
@@ -271,11 +272,11 @@ SATELLITES = "GPS_RAW_INT"
 LEAST_FIX = 3
 """GPS_FIX_TYPE: three dimensions."""
 UNKNOWN = 65535
-"""Of a speed over ground and of a course."""
+"""Units of a speed over ground and of a course."""
 
 
 def mavlink_line(message: Any) -> bytes:
-    """The line of a table, empty where the message has nothing new."""
+    """The line of a table, empty if the message has no new sample."""
     time_field, *per = MAVLINK[message.get_type()]
     new = getattr(message, "fields_updated", 0) or math.inf
     cells = [repr(getattr(message, str(time_field)) * float(per[0]))]
@@ -290,7 +291,9 @@ def mavlink_line(message: Any) -> bytes:
 
 
 def fix_line(message: Any) -> bytes:
-    """The line of a GPS_RAW_INT, empty without a fix. It has no time: the clock of satellites is another than that of the sensors."""
+    """The line of a GPS_RAW_INT, empty without a fix. Its time is omitted, because it is of another clock than that of the
+    sensors.
+    """
     if message.fix_type < LEAST_FIX:
         return b""
     ellipsoid_mm = getattr(message, "alt_ellipsoid", 0)

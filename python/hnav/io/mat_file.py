@@ -20,8 +20,9 @@ from hnav.places import PACKAGE
 
 
 def read_mat(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Those of the named variables that the file holds, without dimensions of length one; without names all, those in structs by the
-    names that lead to them. Raises ValueError with the reason."""
+    """The named variables that are in the file, without dimensions of length one; without names all of them, those in structs
+    by their path. Raises ValueError with the reason.
+    """
     found_here = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     reader = subprocess.run(
         [sys.executable, "-m", "hnav.io.mat_file", str(path), *names],
@@ -49,7 +50,7 @@ def main(path: str, names: list[str]) -> None:
 
 
 def arrays_in(tree: Mapping[str, Any], before: str) -> Iterator[tuple[str, np.ndarray]]:
-    """Arrays of numbers, and texts, in structs in structs."""
+    """Flattens nested structs into arrays and texts."""
     for name, value in tree.items():
         if isinstance(value, Mapping):
             yield from arrays_in(value, f"{before}{name}_")

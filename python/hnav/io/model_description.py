@@ -1,4 +1,4 @@
-"""Reads modelDescription.xml (FMI 2 and 3) of an FMU for Model Exchange, as far as an observer needs it.
+"""Reads modelDescription.xml (FMI 2 and 3) of an FMU for Model Exchange, or else Co-Simulation, as far as an observer needs it.
 
 hnav has its own reader because others refuse some valid files (FMI 3 by Dymola) or ignore providesDirectionalDerivatives.
 """
@@ -21,7 +21,8 @@ REALS = ("Real", "Float64")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")  # FMI 2
 DIMENSIONS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 _NO_BOUND = 1e100
-_TOO_LARGE = 200_000_000  # bytes of a description: larger than any that a tool has written
+_STEP_S = 0.01  # step in s of a Co-Simulation FMU that states none
+_TOO_LARGE = 200_000_000  # largest size of a description in bytes, above that of any tool
 
 
 @dataclass(frozen=True)
@@ -65,33 +66,35 @@ class Variable:
 
 @dataclass(frozen=True)
 class ModelDescription:
-    """An FMU for Model Exchange. read_model_description makes it."""
+    """An FMU for Model Exchange, or with Co-Simulation only, created by read_model_description."""
 
     path: Path
     fmi: int
     """FMI version: 2 or 3."""
     name: str
     identifier: str
-    """Of the model in Model Exchange: the name of its binary."""
+    """Name of the binary for Model Exchange."""
     token: str
     """GUID or instantiation token."""
     variables: dict[str, Variable]
     """By name, in the order of the file."""
     states: tuple[tuple[Variable, Variable], ...]
-    """State and derivative, in the order in which the FMU has them."""
+    """State and derivative, in the order of the FMU."""
     depends: tuple[frozenset[int] | None, ...]
     """References of the variables on which each derivative depends; None: the FMU declares none, so all."""
     indicators: int
-    """Event indicators that the file declares; of FMI 3 all that are listed."""
+    """Number of declared event indicators; in FMI 3, of all listed ones."""
     offers_derivatives: bool
     once: bool
     """Only one instance for each process."""
     discrete: tuple[str, ...]
-    """Names of what it remembers from event to event."""
+    """Names of the discrete variables, which keep their values between events."""
     state_access: int
     """0: the state cannot be saved; 1: it can be read and set; 2: it can also be serialised."""
     step_done: bool
-    """The solver must report its completed steps."""
+    """The solver must report completed steps."""
+    step_s: float
+    """Default step in s of an FMU with Co-Simulation only; 0: Model Exchange."""
     binary: str
     """Path inside the FMU of the binary for this machine."""
     units: dict[str, Unit] = field(default_factory=dict)
@@ -108,20 +111,15 @@ class ModelDescription:
 
 
 def read_model_description(path: Path | str) -> ModelDescription:
-    """Raises HnavValueError with a sentence and a cure for an FMU that an observer cannot take."""
+    """Raises HnavValueError, with the remedy, for an FMU that an observer cannot use."""
     path = Path(path)
     root, names = _read(path)
     fmi = {"2": 2, "3": 3}.get(root.get("fmiVersion", "")[:1])
     if fmi is None:
         _refuse(path, f"FMI {root.get('fmiVersion', 'of an unknown version')}: export it for FMI 2 or 3")
-    exchange = root.find("ModelExchange")
+    exchange, step_s = root.find("ModelExchange"), 0.0
     if exchange is None:
-        offered = "Co-Simulation only" if root.find("CoSimulation") is not None else "no Model Exchange"
-        _refuse(
-            path,
-            f"offers {offered}: the observer integrates by itself, export it for Model Exchange (its modelDescription.xml needs a ModelExchange "
-            "element), or write its derivatives as functions (hnav.Plant)",
-        )
+        exchange, step_s = _cosimulation(path, root)
     if exchange.get("needsExecutionTool") == "true":
         _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
     variables, order = _variables(root, fmi)
@@ -135,19 +133,38 @@ def read_model_description(path: Path | str) -> ModelDescription:
         token=root.get("guid" if fmi == 2 else "instantiationToken", ""),
         variables={variable.name: variable for variable in variables},
         states=states,
-        depends=depends,
+        depends=(None,) * len(states) if step_s else depends,  # over a step each state may depend on all
         indicators=_indicators(root, fmi),
         offers_derivatives="true"
-        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives")),
+        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives"))
+        and not step_s,
         once=exchange.get("canBeInstantiatedOnlyOncePerProcess") == "true",
         discrete=tuple(v.name for v in variables if v.variability == "discrete" and v.causality in ("local", "output")),
         state_access=_state_access(exchange),
         step_done=(exchange.get("completedIntegratorStepNotNeeded") != "true")
         if fmi == 2
         else exchange.get("needsCompletedIntegratorStep") == "true",
+        step_s=step_s,
         binary=_binary(path, names, identifier, fmi),
         units=_units(root),
     )
+
+
+def _cosimulation(path: Path, root: ElementTree.Element) -> tuple[ElementTree.Element, float]:
+    """Sigma points need steps of any length from any state."""
+    element, remedy = (
+        root.find("CoSimulation"),
+        "export it for Model Exchange, or write its derivatives as functions (hnav.Plant)",
+    )
+    if element is None:
+        _refuse(path, f"offers neither Model Exchange nor Co-Simulation: {remedy}")
+    if not _state_access(element):
+        _refuse(path, f"offers Co-Simulation only and cannot get and set its state (canGetAndSetFMUstate): {remedy}")
+    if element.get("canHandleVariableCommunicationStepSize") != "true":
+        _refuse(path, f"offers Co-Simulation only, with steps of one length (canHandleVariableCommunicationStepSize): {remedy}")
+    experiment = root.find("DefaultExperiment")
+    step_s = _number(element.get("fixedInternalStepSize") or (None if experiment is None else experiment.get("stepSize")))
+    return element, step_s if step_s > 0 and math.isfinite(step_s) else _STEP_S
 
 
 def _state_access(exchange: ElementTree.Element) -> int:
@@ -189,13 +206,13 @@ def _declared(kind: ElementTree.Element | None, attribute: str) -> str:
 
 
 def _bound(typed: ElementTree.Element, kind: ElementTree.Element | None, attribute: str, none: float) -> float:
-    """Of the variable or of its declared type. The largest number there is, which some tools write for none, is none."""
+    """A limit of the variable or of its declared type. Some tools write the largest double where there is no limit."""
     bound = _number(typed.get(attribute) or _declared(kind, attribute) or None) if typed.tag in REALS else none
     return none if math.isnan(bound) or abs(bound) >= _NO_BOUND else bound
 
 
 def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dict[int, Variable]]:
-    """All of them, and those that are real by their number from 1 (FMI 2) or reference (FMI 3)."""
+    """All variables, and the real ones by number from 1 (FMI 2) or value reference (FMI 3)."""
     declared = {kind.get("name"): kind if fmi == 3 else next(iter(kind), kind) for kind in root.findall("TypeDefinitions/*")}
     variables, order = list[Variable](), dict[int, Variable]()
     for number, element in enumerate(root.findall("ModelVariables/*"), 1):
@@ -223,7 +240,7 @@ def _variables(root: ElementTree.Element, fmi: int) -> tuple[list[Variable], dic
 def _states(
     path: Path, root: ElementTree.Element, fmi: int, order: dict[int, Variable]
 ) -> tuple[tuple[tuple[Variable, Variable], ...], tuple[frozenset[int] | None, ...]]:
-    """States with their derivatives, and what these depend on."""
+    """States with their derivatives and dependencies."""
     structure = root.find("ModelStructure")
     if structure is None:
         _refuse(path, "has no ModelStructure: export it with a tool that writes one")
@@ -245,7 +262,7 @@ def _states(
 
 
 def _dependencies(listed: str | None, order: dict[int, Variable]) -> frozenset[int] | None:
-    """By reference; a list with an unknown number is ignored."""
+    """Variables by reference; a list with an unknown reference is ignored."""
     if listed is None or not all(number.isdecimal() and int(number) in order for number in listed.split()):
         return None
     return frozenset(order[int(number)].reference for number in listed.split())
@@ -258,7 +275,7 @@ def _indicators(root: ElementTree.Element, fmi: int) -> int:
 
 
 def _platform(fmi: int) -> tuple[str, str]:
-    """The folder of binaries for this machine, and how they end."""
+    """The folder of binaries for this machine, and their suffix."""
     system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
     ending = {"windows": ".dll", "darwin": ".dylib"}.get(system, ".so")
@@ -288,7 +305,7 @@ def _units(root: ElementTree.Element) -> dict[str, Unit]:
             units[unit.get("name", "")] = Unit(
                 float(attributes.get("factor", "1")), float(attributes.get("offset", "0")), dimensions
             )
-            # What people read: its numbers are factor * number + offset of the unit.
+            # The display unit: displayed = factor * value + offset.
             for shown in unit.findall("DisplayUnit"):
                 own = units[unit.get("name", "")]
                 factor, offset = float(shown.get("factor", "1")), float(shown.get("offset", "0"))

@@ -1,4 +1,4 @@
-"""Where the model files lie (aircraft, grades of sensors, systems), and what their JSON must hold."""
+"""Locations of the model files (aircraft, grades of sensors, systems), and checks of their JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def model_files(kind: str) -> Path:
 
 
 class ModelFile:
-    """The object that a JSON file holds. Every refusal is an HnavError with the file's name and the reason."""
+    """The object in a JSON file. Raises HnavError with the file's name and the reason."""
 
     def __init__(self, path: Path):
         self.path = path

@@ -20,11 +20,11 @@ from pathlib import Path
 from hnav.errors import HnavRuntimeError, HnavValueError
 
 PART = ".part"
-STEM_CHARACTERS = 40  # of the target's name in the temporary one, which must not be too long where the target is not
+STEM_CHARACTERS = 40  # characters of the target's name in the temporary name, whose length is limited
 
 
 class OutputError(HnavRuntimeError):
-    """A file cannot be written: the disk is full, or there are no rights. What was to be written is not at fault."""
+    """A file cannot be written: the disk is full, or rights are missing. The content is not at fault."""
 
     def __init__(self, text: str):
         super().__init__("file", text)
@@ -34,14 +34,14 @@ class OutputError(HnavRuntimeError):
 
 
 def cannot_write(path: Path | str, error: OSError) -> OutputError:
-    """The error of a file that is to be written, in one line."""
+    """The one-line error for a file that cannot be written."""
     reason = error.strerror or str(error) or type(error).__name__
     return OutputError(f"cannot write {path}: {reason[:1].lower()}{reason[1:]}")
 
 
 @contextmanager
 def writing(path: Path | str) -> Iterator[None]:
-    """Whatever goes wrong with the disk inside is an OutputError with the name of the file."""
+    """Converts errors of the disk into OutputError with the name of the file."""
     try:
         yield
     except OSError as error:
@@ -84,7 +84,7 @@ def write_files(
 
 
 def temporary_folder(prefix: str) -> Path:
-    """A new folder for what is unpacked; the caller removes it. Raises OutputError."""
+    """A new folder to unpack into; the caller removes it. Raises OutputError."""
     with writing("a temporary folder"):
         return Path(tempfile.mkdtemp(prefix=prefix))
 
@@ -103,7 +103,7 @@ def refuse_overwriting(outputs: Iterable[Path | None], inputs: Iterable[Path | N
 
 
 def _identity(path: Path) -> object:
-    """An identity of a regular file, equal for all of its names; None for a pipe or a folder."""
+    """An identity of a regular file, equal under all of its names; None for a pipe or a folder."""
     try:
         found = path.stat()
     except OSError:
@@ -112,7 +112,7 @@ def _identity(path: Path) -> object:
 
 
 def _target(path: Path) -> Path:
-    """The target of a link: the link stays. A pipe in /dev/fd has no other name."""
+    """The target of a link, so that the link remains. A pipe in /dev/fd has no other name."""
     return path if path.exists() and not path.is_file() else Path(os.path.realpath(path))
 
 
@@ -156,12 +156,12 @@ def _remove_left_over(folder: Path, stem: str) -> None:
 
 
 def _settle(folder: Path) -> None:
-    """Names on the disk: without this they might come back in another order after a loss of power."""
+    """Writes the folder to the disk: after a loss of power names could otherwise return in another order."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError as error:
-        # Not every file system can do this with a folder.
+        # Not every file system can synchronise a folder.
         if error.errno not in (errno.EINVAL, errno.ENOTSUP):
             raise
     finally:

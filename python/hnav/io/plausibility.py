@@ -23,9 +23,9 @@ from hnav.units import G_M_S2, SUSPECTED, si_per
 
 LEVELS = ("error", "warning", "note")
 HEMISPHERES = ("north", "south")
-MAGNETIC_EQUATOR_RAD = np.radians(20)  # it lies within 15 deg of the geographic one (WMM2025)
+MAGNETIC_EQUATOR_RAD = np.radians(20)  # the magnetic equator is within 15 deg of the geographic one (WMM2025)
 
-FORCE_M_S2 = (7.8, 12.5)  # median of a body that moves; 9.8 at rest
+FORCE_M_S2 = (7.8, 12.5)  # median specific force of a moving body, m/s2; 9.8 at rest
 LEAST_COUNTS = 500.0  # of gravity, in a chip of 16 g and 16 bits 2048
 GRAVITY_GONE_M_S2 = 3.0
 LARGEST_FORCE_RATIO = 2.0  # of a median to gravity: an aircraft or a centrifuge may have this much, a range set wrong by 2 more
@@ -35,7 +35,7 @@ HARD_IRON_TESLA = 1e-3  # no hard iron of a device is as large
 INTERVAL_S = (1e-4, 0.25)  # between samples
 USUAL_INTERVAL_S = (4e-4, 0.11)
 FASTEST_RAD_S = 50.0  # no gyroscope of a body reads more for a thousandth of the time
-GAP_S = 0.3  # and ten usual intervals: a hand turns by a right angle meanwhile
+GAP_S = 0.3  # and ten usual intervals: a hand turns by a right angle in that time
 ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # share and seconds at the end of the recording without samples of a sensor
 CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor has a smaller range
 RIGHT_COLUMNS = "see whether its columns are the right ones"
@@ -51,8 +51,8 @@ UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
 
 def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
-    """What is not plausible in a recording, the worst first. hemisphere: "north" or "south" of the magnetic equator, if it is
-    known; without it, north is taken. Raises HnavError for another hemisphere.
+    """Implausible properties of a recording, the worst first. hemisphere: "north" or "south" of the magnetic equator, if
+    known; without it, north is assumed. Raises HnavError for another hemisphere.
     """
     if hemisphere not in (None, *HEMISPHERES):
         raise HnavValueError("option", f"hemisphere = {hemisphere}: choose one of {', '.join(HEMISPHERES)}", "hemisphere")
@@ -207,7 +207,7 @@ def _are_counts(recording: Recording, live: Samples) -> bool:
 
 
 def _are_swapped(live: Samples) -> bool:
-    """Whether the rates have the length of gravity, which a force that is shorter in the median has not."""
+    """Whether the rates have the magnitude of gravity while the median force is smaller: swapped sensors."""
     if not {"gyro", "accel"} <= live.keys():
         return False
     rate, force = (float(np.median(np.linalg.norm(live[sensor][1], axis=1))) for sensor in ("gyro", "accel"))
@@ -297,7 +297,7 @@ def _clipped(live: Samples) -> Iterator[Finding]:
 
 
 def _piled_up(column: np.ndarray, smallest: float) -> Iterator[tuple[float, int]]:
-    """Size and number of the samples at an end, where they are more than those just below it."""
+    """Value and number of the samples at an end of the range, if they are more than those just below it."""
     for end in (float(column.max()), float(column.min())):
         at_end = int(np.count_nonzero(column == end))
         beside = int(np.count_nonzero(np.abs(column - end) < CLIPPED_BAND * abs(end))) - at_end
@@ -355,7 +355,7 @@ def warn_of_meaningless(
     fields = None if field is None else np.asarray(field, float)[: len(t_s)][kept]
     for finding in check(Recording("arrays", t_s[kept], rates, forces, fields)):
         if finding.stops or (finding.code, finding.sensor) == ("unit", "mag"):
-            # Arrays have no option of a unit.
+            # Arrays have no option for a unit.
             known = finding.argument in ("gyro_unit", "accel_unit", "mag_unit", "time_unit")
             cure = f"multiply by {si_per(finding.sensor, finding.value):.6g}" if known else finding.cure
             cure = ARRAYS_OF_THE_SOUTH if finding.code == "sign" else cure

@@ -28,14 +28,17 @@ and largest integrated rotation in rad. A body that turns further within a windo
 FIELD_TURNED, AS_FAST = 0.05, 0.3
 """Rotation of the field in rad over a window, more than passing iron causes, and its least share of the rotation in rad/s."""
 LARGEST_BIAS = 0.35
-"""As rad/s 20 deg/s, which the data sheet of the MPU-6050 names as the largest."""
+"""Rate noise that as rad/s would be 20 deg/s, the largest in the data sheet of the MPU-6050."""
 STAYED = 0.95
-"""Of the length of gravity or field, the least that its mean over an eighth of the time has where it stays in the body: that of a body which
-turns about and about is short."""
+"""Smallest ratio of the mean over an eighth of the recording to the magnitude, for a vector that stays in the body. The mean
+of a body that turns repeatedly is small.
+"""
 SILENT, LOUD = 5e-4, 2.6e-3
 """Numbers per sqrt(Hz): as deg/s below the best tactical gyroscopes, as rad/s five times the noise of the worst chips."""
 SHAKEN_M_S2, SLOW = 0.3, 0.6
-"""A body whose force varies as much, and that as deg/s would never turn as fast as this, is none: they are rad/s."""
+"""With a force that varies as much, a body that as deg/s never turned faster than this would be implausible: the rates are
+rad/s.
+"""
 ENOUGH = 8  # windows
 
 
@@ -49,7 +52,7 @@ class Evidence:
 
 
 def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
-    """Of samples whose rates were taken for rad/s."""
+    """Decides for samples whose rates were read as rad/s."""
     gyro_s, rate = live["gyro"][0] * time_factor, live["gyro"][1]
     shaken = "accel" in live and float(live["accel"][1].std(axis=0).max()) > SHAKEN_M_S2
     if shaken and float(np.quantile(np.abs(rate).max(axis=1), 0.99)) < SLOW:
@@ -90,7 +93,7 @@ def _rms(vectors: np.ndarray) -> float:
 
 
 def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_s: float, is_field: bool) -> Evidence | None:
-    """Of the changes of a unit vector over windows: seen, and as the rates say it in rad/s, with their mean and without."""
+    """Changes of a unit vector over windows: observed, and predicted by the rates in rad/s, with and without their mean."""
     said_rms, seen_rms = _rms(said), _rms(seen)
     if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and TURNED[0] < said_rms < TURNED[1]:
         return Evidence(
@@ -100,7 +103,7 @@ def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_
     if seen_rms < LEAST_TURNING or not said_rms > 0:
         return None
     if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * _rms(turning)):
-        # Whatever its axes: in deg/s the field would turn 57 times as fast as the body.
+        # Independent of the axes: in deg/s the field would turn 57 times as fast as the body.
         return Evidence("rad/s", "the field turns as fast")
     seen = seen - seen.mean(axis=0)  # the rates are centred too
     correlation = float((said * seen).sum() / (np.linalg.norm(said) * np.linalg.norm(seen)))
@@ -113,7 +116,7 @@ def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_
 
 
 def _density(gyro_s: np.ndarray, rate: np.ndarray) -> float:
-    """Of the quietest axis, in the unit of the rates by sqrt(Hz), by differences from sample to sample."""
+    """Noise density of the quietest axis, in the unit of the rates per sqrt(Hz), from differences of samples."""
     steps = np.diff(rate, axis=0)
     sigma = 1.4826 * np.median(np.abs(steps - np.median(steps, axis=0)), axis=0) / np.sqrt(2)
     return float(sigma.min() * np.sqrt(2 * np.median(np.diff(gyro_s))))
@@ -131,7 +134,7 @@ def _by_noise(gyro_s: np.ndarray, rate: np.ndarray) -> Evidence:
 
 
 def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
-    """A mean rate across gravity or field that these do not follow: more than any bias."""
+    """Whether a mean rate perpendicular to gravity or field, which these do not follow, is larger than any bias."""
     mean = np.median(rate, axis=0)
     for sensor in ("accel", "mag"):
         if sensor in live:
@@ -150,7 +153,7 @@ def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
 
 
 def _means(t_s: np.ndarray, values: np.ndarray, edges_s: np.ndarray) -> np.ndarray:
-    """Of the samples between each two edges; NaN where there are none."""
+    """Means of the samples between consecutive edges; NaN where there are none."""
     places = np.searchsorted(t_s, edges_s)
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(values, axis=0)])[places]
     counts = np.diff(places)[:, None]

@@ -1,4 +1,4 @@
-"""Whether units, axes and signs of a recording fit each other, by how its field and force turn with its rates."""
+"""Checks whether units, axes and signs of a recording agree, by the rotation of field and force against the rates."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from hnav.units import si_per
 
 SCALE = (0.6, 1.6)  # of the rate, by the turning of the field
 SCALE_BY_FORCE = (0.4, 2.5)  # accelerations turn it too; ranges of a chip differ by 2, 4 and 8
-DEGREES = (40.0, 80.0)  # of that scale, where 57.3 says that degrees were taken for radians
+DEGREES = (40.0, 80.0)  # tolerance of the ratio 57.3, which means degrees read as radians
 SURE, BETTER_BY = 0.8, 0.25  # correlations
 DIP_RAD = np.radians(10)  # below this the dip does not distinguish up from down
-DIP_SPREAD = 0.5  # of sin(dip), quartile to quartile: with more, the field is disturbed
-HELD = 0.97  # share of gravity that stays when the rates are undone, if these are right
+DIP_SPREAD = 0.5  # spread of sin(dip) between quartiles: above it the field is disturbed
+HELD = 0.97  # share of gravity that stays constant after the rotation is removed, if the rates are right
 NAMES = {"gyro": "rate", "accel": "force", "mag": "field"}
 
 
@@ -41,14 +41,14 @@ def findings_by_turning(recording: Recording, live: Samples, found: list[Finding
     if not _turns_as_the_rates_say(fits, stay):
         yield from _unit_of_rates(recording, live, codes, factor)
     wrong = _wrong_axes(fits, stay)
-    used = ("mag", "unit") not in codes  # a field of a wrong unit is not, whatever its axes
+    used = ("mag", "unit") not in codes  # a field with a wrong unit fails whatever its axes
     yield from (replace(finding, certain=used or wrong != "mag") for finding in _axes(live, fits, stay, wrong, hemisphere))
     if not wrong:
         yield from _sign(live, codes, hemisphere, gravity_gone)
 
 
 def _factor_of_times(recording: Recording, unit: Finding | None) -> float:
-    """Factor from the assumed time unit to the unit that was found."""
+    """Factor from the assumed time unit to the unit that fits."""
     return si_per("time", unit.value) / si_per("time", unit_name(recording, "time")) if unit and unit.argument else 1.0
 
 
@@ -58,7 +58,7 @@ def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -
 
 
 def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
-    """Rates that are too fast or slow for what turns: another unit, where one explains it; else another scale."""
+    """Rates that are too large or too small for the observed rotation: another unit if one fits, otherwise another scale."""
     sure = {sensor: fit.scale for sensor, fit in fits.items() if fit is not None and fit.as_it_is >= SURE}
     if ("gyro", "unit") in codes:
         return
@@ -80,7 +80,7 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
 def _unit_of_rates(
     recording: Recording, live: Samples, codes: Mapping[tuple[str, str], Finding], factor: float
 ) -> Iterator[Finding]:
-    """Rates that were assumed to be rad/s, where the rotation alone does not decide."""
+    """Rates that were assumed to be rad/s, if the rotation alone cannot decide."""
     unit = recording.origin.units.get("gyro") if recording.origin else None
     assumed = unit is None or unit.source == "assumed"
     if "gyro" not in live or ("gyro", "unit") in codes or unit_name(recording, "gyro") != "rad/s":
@@ -94,7 +94,7 @@ def _unit_of_rates(
 
 
 def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None:
-    """The sensor whose axes do not fit the others."""
+    """The sensor whose axes disagree with the others."""
     mag, accel = (fits[sensor] for sensor in ("mag", "accel"))
     force_off = stay is not None and stay.off
     if mag is not None and _fits_otherwise(mag):
@@ -103,7 +103,7 @@ def _wrong_axes(fits: Mapping[str, Fit | None], stay: Stay | None) -> str | None
         return "accel"
     if accel is None or not _fits_otherwise(accel):
         return None
-    # With no field that turns as the rates say, either may be wrong.
+    # Without a field that turns with the rates, either sensor may be wrong.
     return "accel" if mag is not None and mag.as_it_is >= SURE else "gyro"
 
 
@@ -138,7 +138,7 @@ def _axes_not_testable(live: Samples, fit: Fit | None, stay: Stay | None) -> Ite
 
 
 def _other_axes(live: Samples, fits: Mapping[str, Fit | None], wrong: str, hemisphere: str | None) -> Iterator[Finding]:
-    """The axes with which field or force turn as the rates say."""
+    """The axes for which field or force turn with the rates."""
     for other in ("mag", "accel"):
         fit = fits[other]
         if fit is None or not _fits_otherwise(fit) or (wrong != "gyro" and other != wrong):
@@ -153,7 +153,7 @@ def _other_axes(live: Samples, fits: Mapping[str, Fit | None], wrong: str, hemis
 def _sign(
     live: Samples, codes: Mapping[tuple[str, str], Finding], hemisphere: str | None, gravity_gone: bool
 ) -> Iterator[Finding]:
-    """Force points up, and north of the magnetic equator the field down."""
+    """The signs of force and field: force points up, and north of the magnetic equator the field points down."""
     if "accel" not in live:
         return
     not_testable = "not testable: sign of the force, because "
@@ -184,7 +184,7 @@ def _sign(
 
 
 def dip_sines(live: Samples) -> np.ndarray:
-    """Sine of the field's dip, positive downward, where the force is that of a body that hardly accelerates."""
+    """Sine of the field's dip, positive downward, at rows where the body hardly accelerates."""
     (accel_s, force), (mag_s, field) = live["accel"], live["mag"]
     nearest = np.clip(np.searchsorted(accel_s, mag_s), 0, len(accel_s) - 1)
     force = force[nearest]

@@ -1,1 +1,1 @@
-"""The C library as it is, by its headers; hnav.filters and hnav.simulation are what one works with."""
+"""The C library with the functions of its headers; hnav.filters and hnav.simulation are the interface for users."""

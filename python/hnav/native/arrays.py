@@ -18,7 +18,9 @@ R = TypeVar("R", bound="Record")
 
 
 def doubles(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
-    """The values as C has them: float64, row by row. Raises HnavValueError for another shape, and for what are no numbers."""
+    """The values in the layout of C: float64, row by row. Raises HnavValueError for another shape or for values that are no
+    numbers.
+    """
     array = _numbers(values, name)
     if array.shape != shape:
         raise HnavValueError("size", f"{name} has the shape {array.shape}, expected {shape}", name)
@@ -26,7 +28,7 @@ def doubles(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
 
 
 def times(values: npt.ArrayLike) -> Array:
-    """n, whatever n is, in s; datetime64 since 1970, timedelta64 by its unit; otherwise as doubles."""
+    """n times in s, for any n; datetime64 since 1970, timedelta64 by its unit; otherwise like doubles."""
     given = np.asarray(values)
     if given.dtype.kind in "mM":
         given = given.astype(f"{given.dtype.kind}8[ns]")
@@ -39,7 +41,7 @@ def times(values: npt.ArrayLike) -> Array:
 
 
 def rows_of_three(values: npt.ArrayLike, name: str) -> Array:
-    """n x 3, whatever n is; otherwise as doubles."""
+    """n x 3 for any n; otherwise like doubles."""
     array = _numbers(values, name)
     if array.ndim != 2 or array.shape[1] != 3:
         raise HnavValueError("size", f"{name} has the shape {array.shape}, expected (n, 3)", name)
@@ -61,7 +63,7 @@ def stretches(flags: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def address(array: npt.NDArray[Any] | None) -> Any:
-    """Of the first number, null for None; C reads float64, and uint8 for bool and uint8. The caller keeps the array."""
+    """Pointer to the first number, null for None; C reads float64, and uint8 for bool and uint8. The caller keeps the array."""
     if array is None:
         return ffi.NULL
     return ffi.from_buffer("double[]" if array.dtype == np.float64 else "uint8_t[]", array)
@@ -81,7 +83,7 @@ class Shaped:
 
 
 class Named:
-    """Annotates a field of a Record that is a number in the library and a name in Python."""
+    """Annotates a field of a Record: a number in the library, a name in Python."""
 
     def __init__(self, names: tuple[str, ...]):
         self.names = names
@@ -91,7 +93,7 @@ class Named:
 
 
 class Counted:
-    """Annotates a field of a Record that holds a count for each of these names."""
+    """Annotates a field of a Record with a count for each of these names."""
 
     def __init__(self, names: tuple[str, ...]):
         self.names = names
@@ -101,7 +103,7 @@ class Counted:
 
 
 class Each:
-    """Annotates a field of a Record that has a Record of this class for each of these names."""
+    """Annotates a field of a Record with a Record of this class for each of these names."""
 
     def __init__(self, names: tuple[str, ...], record: type[Record]):
         self.names = names
@@ -112,7 +114,9 @@ class Each:
 
 
 class Letters:
-    """Annotates a field of a Record whose bits, the lowest first, stand for these letters: those that are set."""
+    """Annotates a field of a Record whose bits, lowest first, stand for these letters; Python has the letters of the set
+    bits.
+    """
 
     def __init__(self, letters: str):
         self.letters = letters

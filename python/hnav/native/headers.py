@@ -16,12 +16,12 @@ SYSTEM_HEADERS = ("stddef.h", "stdint.h", "stdbool.h")  # cffi has their types
 
 
 def declarations(include: Path, compiler: str = "cc") -> str:
-    """What the headers in include/hnav declare, without comments, macros and the system's headers."""
+    """The declarations of the headers in include/hnav, without comments, macros and system headers."""
     headers = [f"-include{header.resolve()}" for header in sorted((include / "hnav").glob("*.h"))]
     with tempfile.TemporaryDirectory() as empty:
         for name in SYSTEM_HEADERS:
             Path(empty, name).touch()
-        # -I, because zig has folders of its own before those of -isystem; from a file, if an empty one, because it takes no pipe.
+        # -I, because zig searches its own folders before those of -isystem; an empty file, because zig does not read a pipe.
         command = [compiler, "-E", "-P", "-nostdinc", "-I", empty, "-I", str(include), *headers, "-x", "c", "/dev/null"]
         return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
 
@@ -32,7 +32,7 @@ def write_binding(include: Path, output: Path, compiler: str) -> None:
     builder.cdef(declarations(include, compiler))
     builder.set_source("hnav.native._hnav", None)
     builder.emit_python_code(str(output))
-    output.touch()  # cffi leaves a file with equal content alone; a build wants it newer than the headers
+    output.touch()  # cffi leaves a file with equal content alone; the build expects it to be newer than the headers
 
 
 def main() -> None:

@@ -109,12 +109,12 @@ _OPTION = re.compile(r"(?P<name>[a-z_][\w.]*)(\[\d+\])? = ", re.IGNORECASE)
 
 
 def message_buffer() -> Any:
-    """For the calls that say in a buffer of the caller why they failed."""
+    """For calls that write the reason of a failure into a buffer of the caller."""
     return ffi.new("char[]", MESSAGE_BYTES)
 
 
 def failure(status: int, message: Any) -> HnavError:
-    """The error for a status that is not OK, and the C string that says why."""
+    """The error for a status that is not OK, with the reason as a C string."""
     reason = text(message)
     named = _OPTION.match(reason) if STATUSES[status] == "option" else None
     argument = named["name"] if named else None
@@ -142,7 +142,7 @@ class LibraryObject:
         self._do(f"hnav_{self.KIND}_{name}", *arguments)
 
     def _do(self, function: str, *arguments: Any) -> None:
-        """The same for a function by its whole name."""
+        """The same for a function by its full name."""
         lib = library()
         status = getattr(lib, function)(self._handle, *arguments)
         if status:
@@ -153,7 +153,7 @@ class LibraryObject:
         return self._filled_by(f"hnav_{self.KIND}_{name}", kind, *arguments)
 
     def _filled_by(self, function: str, kind: str, *arguments: Any) -> Any:
-        """The same for a function by its whole name."""
+        """The same for a function by its full name."""
         struct = new(kind)
         self._do(function, *arguments, struct)
         return struct

@@ -28,12 +28,12 @@ MEANT = {
         for wrong in words.split()
     }
 }
-"""Words for a choice of an option that people use, and the one to write."""
+"""Common words for a choice of an option, and the valid one."""
 
 
 @dataclass(frozen=True)
 class OptionInfo:
-    """One option as the library states it."""
+    """One option with its properties in the library."""
 
     name: str
     """"yaw.motion" for one of a struct inside, which the attribute yaw_motion holds."""
@@ -85,7 +85,7 @@ class OptionInfo:
         return numbers if self.count > 1 else int(numbers[0]) if self.is_integer else numbers[0]
 
     def numbers(self, value: object) -> list[float | int]:
-        """What goes into the C struct for a value by Python: a choice by its name, numbers, or text. Raises HnavValueError."""
+        """The value for the C struct: a choice by its name, numbers, or text. Raises HnavValueError."""
         if self.choices and not isinstance(value, str):
             raise self._refused(self._wrong_choice(value))
         if isinstance(value, str):
@@ -131,7 +131,7 @@ def option_rows(options: str) -> Mapping[str, OptionInfo]:
 
 @cache
 def _c_rows(options: str) -> Mapping[str, Any]:
-    """The rows of the library, by the names of attributes."""
+    """The rows of the library, by attribute names."""
     name, rows = options.encode(), dict[str, Any]()
     while row := library().hnav_option(name, len(rows)):
         rows[text(row.name).replace(".", "_")] = row
@@ -151,7 +151,7 @@ def _info(row: Any) -> OptionInfo:
 
 
 def _value(row: Any, numbers: list[float]) -> Any:
-    """As Python has it: a choice by its name, several numbers as a tuple."""
+    """The Python value: a choice by its name, several numbers as a tuple."""
     if row.kind == library().HNAV_OPTION_CHOICE:
         return text(row.choices[int(numbers[0])])
     found = tuple(map(int, numbers)) if row.kind == library().HNAV_OPTION_INTEGER else tuple(numbers)
@@ -195,7 +195,7 @@ class OptionSet:
         return {name: value for name, value in self.as_dict().items() if value != before[name]}
 
     def _arguments(self) -> tuple[str, ...]:
-        """What the class was called with besides values."""
+        """Arguments of the class besides values."""
         return ()
 
     def _read(self, struct: Any, row: Any) -> Any:
@@ -210,7 +210,7 @@ class OptionSet:
     # ----------------------------------------------------------------------------------------- as Python objects are
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):  # what copy and pickle ask of an object that is not filled yet
+        if name.startswith("_"):  # copy and pickle query an object before it is filled
             raise AttributeError(name)
         return self._read(self._struct, self._row(name))
 
@@ -235,7 +235,7 @@ class OptionSet:
         return f"{type(self).__name__}({', '.join(parts)})"
 
     def __copy__(self) -> Self:
-        """Copies the struct: by names, as pickle does, the options of a run would take longer than ten rows."""
+        """Copies the struct: going by names, as pickle does, would take longer than ten rows of a run."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__ | {"_struct": ffi.new(f"hnav_{self._options}_options *", self._struct[0])})
         return other

@@ -53,14 +53,14 @@ CONSIDERED = 17
 
 
 def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Array]:
-    """A vector constant in navigation axes, measured a share of a turn ago, in the body of now, and what falls off it with the share."""
+    """A vector constant in navigation axes, measured a share of a turn ago, in the present body axes, and its derivative by the share."""
     turning = np.cross(turn, measured_b)
     again = np.cross(turn, turning)
     return measured_b - share * turning + 0.5 * share**2 * again, turning - share * again
 
 
 class AhrsReference:
-    """The state, and what an event does to it. P is the covariance just after the last correction, E that of the present one.
+    """The state and its events. P is the covariance just after the last correction, E that of the present one.
 
     Of 25 errors: velocity (north, east), bias and latency of the accelerometer, calibration S of the gyroscope row by row, rotation
     theta about the navigation axes, gyro bias, reference field M (horizontal and down, in units of its strength), latency of the
@@ -95,7 +95,7 @@ class AhrsReference:
         self.clear_window()
 
     def begin_motion(self) -> None:
-        """Nothing is known of how the body moves."""
+        """No kind of body is given."""
         self.motion = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz)
         self.tilt_excess, self.vehicle_tilt = TiltExcess(), VehicleTilt(self.o.body == "any")
         self.lasting = LastingMotion((self.o.velocity_noise_m_s_per_sqrt_hz / 1.1) ** 2)
@@ -164,7 +164,7 @@ class AhrsReference:
         self.rest, self.corrected_s, self.started = RestDetector(self.o, self.first.samples.mean[0]), t_s, True
 
     def put_reference(self, field_b: Array) -> None:
-        """The field that the body sees is the reference: its azimuth is north, its strength the unit of fields."""
+        """Makes the present field the reference: its azimuth is north, its strength the unit of fields."""
         self.strength = float(np.linalg.norm(field_b))
         self.M = intensities_of(self.R_bn @ field_b) / self.strength
         self.has_reference = True
@@ -172,11 +172,11 @@ class AhrsReference:
     # ----------------------------------------------------------------------------------------- flow
 
     def turn_rate(self) -> Array:
-        """Without its errors; before the first sample the body is taken to be still."""
+        """The rate without its errors; zero before the first sample."""
         return np.zeros(3) if self.rate is None else self.rate - self.bias - self.S @ self.rate
 
     def hold(self, t_s: float, rate: Array) -> None:
-        """Coning: the mean rate of an interval turns the body further where its axis turns (Miller 1983)."""
+        """Coning: if the axis of rotation turns, the mean rate of an interval misses a rotation (Miller 1983)."""
         T, self.coning = t_s - self.gyro.last_s, np.zeros(3)
         if self.rate is not None and T > 0 and not self.gyro.is_gap(t_s):
             change2 = float(np.sum((rate - self.rate) ** 2)) / (3 * T**2)
@@ -208,7 +208,7 @@ class AhrsReference:
         self.window_s += T
 
     def gap_variance(self, t_s: float, ended: bool) -> float:
-        """Of the rotation about an axis while samples of rate are missing."""
+        """Variance of the rotation about an axis while samples of the rate are missing."""
         gap_s = t_s - self.gyro.last_s
         share = (0.125 if ended else 0.5) * self.o.gap_turn_factor * gap_s**2
         return share**2 * self.rate_change2 if self.gyro.is_gap(t_s) else 0.0
@@ -248,7 +248,7 @@ class AhrsReference:
         self.field_s += self.mag.interval(t_s)
 
     def find_heading(self, field_b: Array) -> None:
-        """The first field of a filter that started without: its azimuth is north."""
+        """The first field after a start without one: its azimuth is north."""
         field_n = self.R_bn @ field_b
         if not math.hypot(field_n[0], field_n[1]) > 1e-3 * np.linalg.norm(field_n):
             return
@@ -275,6 +275,8 @@ class AhrsReference:
         lasting.lasting, lasting.force = lasting.lasting @ about[:2, :2].T, about @ lasting.force
         lasting.mean_force = about @ lasting.mean_force
         self.tilt_excess.corrected = about[:2, :2] @ self.tilt_excess.corrected
+        vehicle = self.vehicle_tilt
+        vehicle.tilt, vehicle.velocity = about[:2, :2] @ vehicle.tilt, about[:2, :2] @ vehicle.velocity
 
     # ----------------------------------------------------------------------------------------- covariance
 
@@ -314,11 +316,11 @@ class AhrsReference:
     # ----------------------------------------------------------------------------------------- corrections
 
     def correct(self, t_s: float, has_rate: bool, heading: tuple[float, float] | None) -> None:
-        """All corrections of one instant; what they learn is put into the state at their end."""
+        """All corrections of one instant; they enter the state together at the end."""
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
         if self.lasting_density2 == 0 and not self.tilt_converged(0.0):
-            # The start may be further off than its sigma says.
+            # The error of the start may exceed its sigma.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         rests = not self.lost and self.is_at_rest()
         if self.lost:
@@ -336,8 +338,7 @@ class AhrsReference:
                 self.correct_by_field()
             if heading is not None:
                 self.correct_by_heading(*heading)
-        if self.vehicle_tilt.P[0, 0] > 0:
-            self.note_vehicle(rests)
+        self.note_vehicle(rests)
         self.rested = rests
         self.apply(self.error)
         self.lasting.turn(self.velocity, self.error[15], self.error[16])
@@ -375,7 +376,7 @@ class AhrsReference:
         self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
 
     def level_again(self) -> bool:
-        """Where the mean force is gravity and the horizon is another, it is turned there."""
+        """Turns the horizon to the mean force if that is gravity and the horizon differs from it."""
         if not (self.o.lost_ratio > 0 and self.lasting.wrong_horizon() > self.o.lost_ratio):
             return False
         self.turn_up(self.lasting.force)
@@ -386,7 +387,7 @@ class AhrsReference:
         return True
 
     def correct_by_velocity(self, rests: bool) -> None:
-        """0 = v + noise: a body moves, but it does not run away."""
+        """0 = v + noise: the velocity of a body is bounded."""
         before = np.diag(self.E)[PHI][:2].copy()
         density2 = self.motion.density2(rests) + max(self.lasting.density2(), 0.0 if rests else self.lasting_density2)
         H, noise = np.eye(ERRORS)[V], density2 / self.force_s * np.eye(2)
@@ -399,7 +400,7 @@ class AhrsReference:
         self.judge_hold()
 
     def judge_hold(self) -> None:
-        """Rates that act an interval off look like as much latency of the force: the likelihood of what was learnt of that."""
+        """A rate that acts one interval off looks like a latency of the force: the likelihood of the estimated latency."""
         if not (self.gyro.usual_s > 0 and self.accel.usual_s > 0):
             return
         prior, interval = self.o.start_sigma_accel_latency**2, self.gyro.usual_s / self.accel.usual_s
@@ -408,7 +409,7 @@ class AhrsReference:
         self.wrong_hold = 1 / (1 + 0.97 / (0.03 * math.cosh(off) * math.exp(-(interval**2) * learnt)))
 
     def is_at_rest(self) -> bool:
-        """Neither the field nor the bias contradicts what rate and force take for rest."""
+        """Neither the field nor the bias contradicts the rest that rate and force indicate."""
         if self.lasting_density2 > 0 and not self.is_field_still():
             self.rest.still_s = 0.0
             return False
@@ -418,7 +419,7 @@ class AhrsReference:
         from_bias = self.rest.mean_rate - self.bias
         if from_bias @ np.linalg.solve(self.E[BIAS, BIAS], from_bias) <= 16:
             return True
-        self.rest.still_s = 0.0  # it is a turn of the body
+        self.rest.still_s = 0.0  # the rate is a turn of the body
         return False
 
     def is_field_still(self) -> bool:
@@ -428,15 +429,21 @@ class AhrsReference:
             return True
         return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.field_s)
 
-    def note_vehicle(self, rests: bool) -> None:
-        """A rest ends the variance of a vehicle when the field has been constant in body axes for 2 s."""
+    def is_vehicle_at_rest(self, rests: bool) -> bool:
+        """The field has been constant in body axes for 2 s, and the force is vertical."""
         if not self.is_field_still():
             self.still_field.still_s = 0.0
-        if rests and (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
-            self.vehicle_tilt.P[:] = 0
+        if not rests or not (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
+            return False
+        return self.vehicle_tilt.is_level((self.R_bn @ self.rest.mean_force)[:2] / G_M_S2)
+
+    def note_vehicle(self, rests: bool) -> None:
+        if self.lost or not self.vehicle_tilt.P[0, 0] > 0:
             return
+        rest_density2 = self.motion.density2(True) if self.is_vehicle_at_rest(rests) else 0.0
         turn2 = self.o.gyro_noise_rad_per_sqrt_s**2 * self.window_s + self.o.gyro_rate_noise_sqrt_s**2 * self.rate_power
-        self.vehicle_tilt.note(self.rate_power, turn2, self.window_s)
+        gathered = self.velocity - self.lasting.before
+        self.vehicle_tilt.note(gathered, self.error[PHI][:2], self.rate_power, turn2, rest_density2, self.window_s)
 
     def begin_rest(self) -> None:
         """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
@@ -506,19 +513,19 @@ class AhrsReference:
             self.learn_field_noise(np.array([h, z]), innovation[[0, 2]], known2, 0.0 if still else min(1.0, turning))
 
     def of_place(self, intensities: Array) -> bool:
-        """Whether strength and dip are the given ones. Without a given field: True."""
+        """Whether strength and dip agree with the given ones. Without a given field: True."""
         (h, z), (north, down), o = intensities, self.M_given, self.o
         dip = math.atan2(north * z - down * h, north * h + down * z)
         near = abs(math.hypot(h, z) - 1) <= o.reference_strength_tolerance and abs(dip) <= o.reference_dip_tolerance_rad
         return not self.given or near
 
     def azimuth_variance(self, intensities: Array) -> float:
-        """Of a field that is not the given one, rad^2: the disturbance has as large a component across as in each intensity."""
+        """Variance of the azimuth of a field that differs from the given one, rad^2: the disturbance is as large across as in each intensity."""
         across2 = float(np.sum((intensities - self.M_given) ** 2)) / 2
         return min(ANY_HEADING, across2 / (float(intensities[0]) ** 2 + across2 / ANY_HEADING))
 
     def take_foreign_field(self, intensities: Array) -> bool:
-        """Whether the field is not the given one: its declination has the variance of its azimuth, and a new one in each place."""
+        """Whether the field differs from the given one: its declination then has the variance of its azimuth, and changes from place to place."""
         if self.of_place(intensities):
             if self.foreign2 > 0:
                 self.E[DECLINATION], self.E[:, DECLINATION] = 0, 0
@@ -558,14 +565,14 @@ class AhrsReference:
         return variances
 
     def azimuth_deviation(self, residual: float, noise: float) -> float:
-        """While the heading is known, an azimuth far from it speaks against the field too: in gates' worth of intensity."""
+        """While the heading is known, an azimuth far from it is evidence against the field, in units of the gate of the intensity."""
         o, variance = self.o, self.E[HEADING, HEADING]
         if not o.mag_azimuth_gate_sigmas > 0 or variance > o.ready_heading_rad**2:
             return 0.0
         return float(o.mag_gate * abs(residual) / (o.mag_azimuth_gate_sigmas * math.sqrt(self.M[0] ** 2 * variance + noise)))
 
     def change_reference(self, mean: Array) -> Array:
-        """The candidate becomes the reference; heading and mean field, the answer, turn as far as the heading is distrusted."""
+        """The candidate becomes the reference; heading and mean field turn by the share that is attributed to the heading."""
         field, distrust = self.field, self.field.distrust(self.E[HEADING, HEADING])
         unit = field.candidate_unit()
         self.strength, field.candidate, mean = self.strength * unit, field.candidate / unit, mean / unit
@@ -609,7 +616,7 @@ class AhrsReference:
         )
 
     def learn_field_noise(self, intensities: Array, innovations: Array, known2: float, turning: float) -> None:
-        """Less noise of the place is information about its declination, that it is small; more takes some away."""
+        """A smaller noise of the place is evidence that its declination is small; a larger one removes evidence."""
         sigma2, before = self.o.local_declination_rad**2, self.field_noise.scale2
         self.field_noise.note(intensities, innovations, known2, turning, self.field_s)
         now = self.field_noise.scale2
@@ -623,7 +630,7 @@ class AhrsReference:
     # ----------------------------------------------------------------------------------------- an attitude that is lost
 
     def lose_attitude(self, heading_sigma: float) -> None:
-        """By a gap in which the body may have turned to anywhere; the sensors' errors stay."""
+        """The attitude is lost by a gap in which the body may have turned to anywhere; the errors of the sensors stay."""
         self.forget_rotation(1.0, min(ANY_HEADING, self.E[HEADING, HEADING] + heading_sigma**2))
         self.error, self.velocity, self.level_force, self.level_s = np.zeros(ERRORS), np.zeros(2), np.zeros(3), 0.0
         self.begin_motion()
@@ -650,7 +657,7 @@ class AhrsReference:
             times.last_s = times.last_s if math.isnan(times.last_s) else t_s
 
     def find_attitude(self) -> None:
-        """Force is gathered in navigation axes until it is gravity in the mean: that is down, if it lies far from what was."""
+        """Averages the force in navigation axes until it is gravity: that becomes the vertical, if it is far from the present one."""
         gathered = np.r_[self.velocity, self.velocity_down]
         self.velocity, self.level_force = np.zeros(2), self.level_force + gathered
         self.level_s += self.force_s
@@ -698,7 +705,7 @@ class AhrsReference:
 
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
-        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.P[0, 0] < self.o.ready_tilt_rad**2
+        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
         return bool(small) and not self.lasting.may_accelerate()
 
     def tilt_converged(self, added: float) -> bool:
@@ -709,5 +716,7 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
+        if self.vehicle_tilt.P[0, 0] > 0 and not self.aided:
+            variance += self.vehicle_tilt.square() * (self.M[1] / self.M[0]) ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
         return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)

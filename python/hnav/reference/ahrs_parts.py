@@ -1,4 +1,4 @@
-"""The parts of the AHRS in NumPy that stand by themselves: what a sample stands for, the first attitude, rest, the noise of the
+"""Separate parts of the AHRS in NumPy: the duration of a sample, the first attitude, rest, the noise of the
 motion and of the place, and the choice of the reference field.
 """
 
@@ -15,7 +15,7 @@ from hnav.reference.ins import cross_matrix, turned
 from hnav.reference.times import has_lasted, has_passed, is_gap, is_within, usual_interval
 
 ANY_HEADING = math.pi**2 / 3
-"""The variance of a heading of which nothing is known."""
+"""Variance of an unknown heading."""
 
 
 def exp(phi: Array) -> Array:
@@ -29,22 +29,22 @@ def about_down(angle: float) -> Array:
 
 
 def wrap(angle: float) -> float:
-    """Into half a turn to either side."""
+    """Wraps an angle to half a turn on either side."""
     return math.remainder(angle, 2 * math.pi)
 
 
 def azimuth(vector_n: Array) -> float:
-    """From north to east."""
+    """Azimuth of a vector, from north to east."""
     return math.atan2(vector_n[1], vector_n[0])
 
 
 def toward(mean: Array, value: Array, T: float, constant_s: float) -> Array:
-    """A running mean with this time constant, T seconds further."""
+    """Updates a running mean with this time constant by a sample of T seconds."""
     return mean + T / (constant_s + T) * (value - mean)
 
 
 def intensities_of(field_n: Array) -> Array:
-    """2: horizontal and down."""
+    """2: horizontal and vertical intensity."""
     return np.array([math.hypot(field_n[0], field_n[1]), field_n[2]])
 
 
@@ -67,7 +67,7 @@ def triad(force_b: Array, field_b: Array) -> Array | None:
 
 
 class SampleTimes:
-    """Of one sensor: what a sample stands for follows from the stamps."""
+    """The duration that a sample of one sensor stands for, by the time stamps."""
 
     def __init__(self, max_interval_s: float):
         self.max_interval_s, self.last_s, self.usual_s = max_interval_s, math.nan, 0.0
@@ -121,7 +121,7 @@ class FirstSamples:
 
 
 class MotionNoise:
-    """How violently the body moves, as the density of a velocity of zero: 1.1 times its root mean square."""
+    """Density of the motion noise, of a velocity of zero: 1.1 times the root mean square of the motion."""
 
     def __init__(self, max_density: float):
         self.max2, self.mean_force, self.velocity = max_density**2, np.zeros(2), np.zeros(2)
@@ -140,7 +140,7 @@ class MotionNoise:
 
 
 class FieldNoise:
-    """The share of a room's departures of the field that is there, from the intensities: those are seen whatever the heading is."""
+    """The share of the field variation of a usual room that is present, from the intensities, which do not depend on the heading."""
 
     ROOM, AT_FIRST = 0.012, 0.006
 
@@ -150,7 +150,7 @@ class FieldNoise:
         self.scale2 = self.slow2 / self.ROOM**2
 
     def note(self, intensities: Array, innovations: Array, known2: float, turning: float, T: float) -> None:
-        """known2: what tilt and latency explain. turning: the share of the time for which the body turned."""
+        """known2: variance that tilt and latency explain. turning: the share of the time for which the body turned."""
         if self.last is not None:
             step = intensities - self.last
             self.white2 += T / (5 + T) * (min(float(step @ step) / 4, 0.05**2) - self.white2)
@@ -184,7 +184,7 @@ class RestDetector:
         return has_passed(self.still_s, self.o.rest_duration_s)
 
     def note_wander(self, T: float) -> None:
-        """What the mean rate departs from its own slow mean by: a turn of the body, not the bias."""
+        """Difference of the mean rate from its own slow mean: a turn of the body, not the bias."""
         away = self.mean_rate - self.slow_rate
         self.slow_rate = toward(self.slow_rate, self.mean_rate, T, 4.0)
         self.wander_now2 = float(away @ away) / 3
@@ -192,7 +192,7 @@ class RestDetector:
 
 
 class StillField:
-    """Whether the field stands still in body axes: a vehicle in a smooth bend is as quiet as one at rest."""
+    """Whether the field is constant in body axes: a vehicle in a smooth bend is as quiet as one at rest."""
 
     def __init__(self) -> None:
         self.first, self.mean, self.noise2, self.still_s = np.zeros(3), np.zeros(3), 0.0, 0.0
@@ -221,7 +221,7 @@ LASTING_DENSITY2 = {
 
 
 class LastingMotion:
-    """Velocities that last: what the force gathers over some seconds beyond what the horizon's tilt explains."""
+    """Lasting velocities: the integral of the force over some seconds beyond what the tilt of the horizon explains."""
 
     SCALES_S = (2.0, 5.0, 12.5)
 
@@ -248,7 +248,7 @@ class LastingMotion:
         self.force, self.force_s = self.force + gathered, self.force_s + T
 
     def settle(self, force: float, T: float) -> None:
-        """A body at rest has none, and what it had has ended; force: its length now."""
+        """At rest the lasting velocity is zero; force: its length now."""
         self.rest_force, self.power, self.counted2 = force, self.power * math.exp(-T / 0.5), 0.0
 
     def uncount(self) -> float:
@@ -258,7 +258,7 @@ class LastingMotion:
         return released2
 
     def may_accelerate(self) -> bool:
-        """The mean force has another length than at rest, or than gravity before any rest."""
+        """The length of the mean force differs from that at rest, or from gravity before any rest."""
         if not self.mean_share > 0:
             return False
         expected = self.rest_force if self.rest_force > 0 else G_M_S2
@@ -284,7 +284,7 @@ class LastingMotion:
         return 0.0
 
     def turn(self, velocity: Array, north_rad: float, east_rad: float) -> None:
-        """The horizon was turned about north and east: the force gathered before was another."""
+        """After the horizon was turned about north and east: corrects the integral of the force."""
         self.before = velocity.copy()
         for j, W in enumerate(self.SCALES_S):
             change = G_M_S2 * W * np.array([-east_rad, north_rad])
@@ -293,7 +293,7 @@ class LastingMotion:
 
 
 class TiltExcess:
-    """Corrections of the tilt that are not white: what the square of their fading sum exceeds its variance by."""
+    """Corrections of the tilt that are not white: the excess of the square of their fading sum over its variance."""
 
     MEMORY_S = 12.5
 
@@ -309,20 +309,42 @@ class TiltExcess:
 
 
 class VehicleTilt:
-    """Variance of the tilt of one axis if the body were a vehicle, for readiness only; 0 after a rest, or when it turned faster."""
+    """The tilt if the body were a vehicle, for readiness only: covariance of one axis, and its horizon relative to that of the filter."""
 
     def __init__(self, vehicle: bool) -> None:
-        self.P, self.rate2 = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle, 0.0
+        self.P = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle  # of tilt and velocity; 0: no vehicle, it turned faster
+        self.tilt, self.velocity = np.zeros(2), np.zeros(2)  # tilt: by what it adds to the velocity
+        self.rate2, self.stood = 0.0, False
 
-    def note(self, turned2: float, turn2: float, T: float) -> None:
-        """turned2: integral of the squared rate over T; turn2: variance of the rotation by noise."""
+    def square(self) -> float:
+        return float(self.P[0, 0] + self.tilt @ self.tilt)
+
+    def is_level(self, level: Array) -> bool:
+        """Of a force at rest: its horizontal part in units of gravity."""
+        away = level + self.tilt
+        return bool(away @ away < 9 * (self.P[0, 0] + 1e-4))
+
+    def note(self, gathered: Array, correction: Array, turned2: float, turn2: float, rest_density2: float, T: float) -> None:
+        """correction: of the filter about north and east; turned2: integral of the squared rate over T; turn2: variance of the rotation by
+        noise; rest_density2: of the velocity at rest, 0 in motion."""
         self.rate2 += (turned2 - self.rate2 * T) / (2 + T)
         if self.rate2 > 0.5**2:
-            self.P[:] = 0
+            self.P[:] = 0.0
+            self.tilt[:] = 0.0
             return
+        stands = rest_density2 > 0
+        if stands and not self.stood:
+            self.velocity[:] = 0.0
+            self.P = np.diag([self.P[0, 0], 0.01])
+        self.stood = stands
+        self.velocity += gathered + G_M_S2 * T * self.tilt
+        self.tilt += (correction[1], -correction[0])
         flow = np.array([[1.0, 0.0], [G_M_S2 * T, 1.0]])
         P = flow @ self.P @ flow.T + np.diag([turn2, 0.0])
-        self.P = P - np.outer(P[1], P[1]) / (P[1, 1] + LASTING_DENSITY2["car"] / T)
+        gain = P[1] / (P[1, 1] + (rest_density2 if stands else LASTING_DENSITY2["car"]) / T)
+        self.P = P - np.outer(gain, P[1])
+        self.tilt -= gain[0] * self.velocity
+        self.velocity -= gain[1] * self.velocity
 
 
 class MagneticReference:
@@ -335,7 +357,7 @@ class MagneticReference:
         self.inflating, self.changes = False, 0
 
     def weigh(self, field_n: Array, reference: Array, turning: bool, T: float) -> None:
-        """A second counts fully while the body turns: a magnet that moves with it then shows."""
+        """A second counts fully while the body turns, since a magnet that moves with it is then visible."""
         o, seen_s = self.o, T * (1 if turning else self.o.still_weight)
         if np.linalg.norm(intensities_of(field_n) - reference) < o.mag_gate:
             self.evidence_s += seen_s
@@ -350,7 +372,7 @@ class MagneticReference:
             self.candidate, self.candidate_evidence_s, self.candidate_age_s = field_n, 0.0, T
 
     def candidate_unit(self) -> float:
-        """A reference learnt inside a shield or beside a magnet is the unit of another field: then the candidate's own strength."""
+        """A reference learnt inside a shield or beside a magnet has the wrong strength as its unit: then the strength of the candidate."""
         strength = float(np.linalg.norm(self.candidate))
         return strength if strength >= 4 or 0 < strength <= 0.25 else 1.0
 
@@ -370,7 +392,7 @@ class MagneticReference:
         self.changes += 1
 
     def judge(self, deviation: float, T: float) -> str:
-        """The gate: a field that lies away is rejected for a limited time, then taken in with more noise."""
+        """The gate: a field far from the reference is rejected for a limited time, then used with more noise."""
         if deviation <= self.o.mag_gate:
             self.inflating, self.rejected_s, self.served_s = False, max(0.0, self.rejected_s - T), self.served_s + T
             return "accept"

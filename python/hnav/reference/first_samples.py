@@ -15,7 +15,7 @@ PATIENCE_S = 1.0
 
 
 class AgreeingSamples:
-    """The mean of the newest samples of force and field that agree, in the body axes of now.
+    """The mean of the newest samples of force and field that agree, in the present body axes.
 
     Each force is within a quarter of gravity, and each sample within a quarter of the mean of those before it, which the gyroscope turns on;
     a sample further away restarts the mean. After PATIENCE_S, or if one sample suffices, any samples do.
@@ -48,7 +48,7 @@ class AgreeingSamples:
         self.mean[k] = self.mean[k] + (sample - self.mean[k]) / self.count[k]
 
     def means(self) -> tuple[Array | None, Array | None]:
-        """Of force and field; None if samples are too few."""
+        """The means of force and field; None if the samples are too few."""
         force, field = (mean if count >= self.samples else None for mean, count in zip(self.mean, self.count))
         return force, field
 

@@ -40,7 +40,7 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 
 
 def product(a: Numbers, b: Numbers) -> Numbers:
-    """Of two quaternions, Hamilton's."""
+    """Hamilton's product of two quaternions."""
     w, x, y, z = a
     p, q, r, s = b
     return np.array(
@@ -174,7 +174,7 @@ class Direction:
 
 
 class Gain(NamedTuple):
-    """Of one correction by these sensors; three rows of H, R and nu for each."""
+    """One correction by these sensors; three rows of H, R and nu for each."""
 
     sensors: list[str]
     K: Numbers
@@ -309,7 +309,7 @@ class ReferenceFilter:
                 self.last[sensor] = t_s
 
     def hold(self, t_s: float, rate: Numbers) -> None:
-        """From here on, or over the interval that ends here; learns how fast rates change, but not over a gap."""
+        """Holds the rate from here on, or over the interval that ends here; updates the mean square change of the rate, but not over a gap."""
         T = t_s - self.last.get("gyro", np.nan)
         if self.rate is not None and T > 0 and not is_gap(T, self.spacing_s):
             square = float((rate - self.rate) @ (rate - self.rate)) / (3 * T * T)
@@ -338,7 +338,7 @@ class ReferenceFilter:
         return abs(size - GRAVITY_M_S2) < 0.4 * GRAVITY_M_S2 and -self.mean_force_n[2] < FAR_COSINE * size
 
     def widen(self, variance: float) -> None:
-        """Adds to the covariance of the rotation about every axis, rad^2; what was learnt before counts no more."""
+        """Adds a variance to the rotation about every axis, rad^2, and removes the information gained before."""
         self.P[:4, :4] += variance * Xi(self.q) @ Xi(self.q).T
         self.information = np.zeros(2)
 
@@ -369,7 +369,7 @@ class ReferenceFilter:
         self.started = True
 
     def interval(self, sensor: str, t_s: float) -> float:
-        """What one sample stands for: its variance is density^2 over this."""
+        """The duration that one sample stands for: its variance is density^2 over this."""
         longest: float = self.options.max_interval_s
         return min(t_s - self.last[sensor], longest) if sensor in self.last else 0.0
 
@@ -388,7 +388,7 @@ class ReferenceFilter:
             self.correct_by(t_s, directions)
 
     def expected(self, directions: list[Direction]) -> tuple[list[Numbers], list[Numbers]]:
-        """What the sensors should see (3 each), and the derivatives by the quaternion (3 x 4 each)."""
+        """Predicted measurements (3 each), and their derivatives by the quaternion (3 x 4 each)."""
         if self.literal == "all" and self.reference is not None:
             h, H = printed_measurement(self.q, np.cos(self.reference[1]), np.sin(self.reference[1]))
             place = {"accel": slice(0, 3), "mag": slice(3, 6)}
@@ -427,7 +427,7 @@ class ReferenceFilter:
         self.inform({d.sensor for d in directions}, before, np.diag(self.rotation_covariance()))
 
     def gate(self, directions: list[Direction], S: Numbers, nu: Numbers, R: Numbers) -> None:
-        """Inflates the noise R of directions that lie too far off."""
+        """Inflates the noise R of directions whose NIS exceeds the gate."""
         o = self.options
         for k, d in enumerate(directions):
             block = slice(3 * k, 3 * k + 3)
@@ -437,7 +437,7 @@ class ReferenceFilter:
                 R[block, block] += S[block, block] * (nis / limit - 1)
 
     def inform(self, sensors: set[str], before: Numbers, after: Numbers) -> None:
-        """What a correction has taught of tilt (by force) and heading (by field): variances of the rotation, 3."""
+        """Adds the information about tilt (by force) and heading (by field) that a correction gave; variances of the rotation, 3."""
         if "accel" in sensors:
             self.information[0] += max(0, 1 / max(after[:2]) - 1 / max(before[:2]))
         if "mag" in sensors:
@@ -526,7 +526,7 @@ def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3) -> tu
 
 
 def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
-    """Largest component of the gyro bias error after 40 s; infinity when the equations blow up on the way."""
+    """Largest component of the gyro bias error after 40 s; infinity when the equations diverge before."""
     t, rate, force, field, bias = tilted_turns(tilt_deg)
     options = Options(
         "hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1

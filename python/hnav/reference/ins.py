@@ -42,7 +42,7 @@ def cross_matrix(x: Array) -> Array:
 
 
 def turned(x: Array) -> tuple[Array, Array, Array]:
-    """Of a rate that is held so that it turns by x: the rotation, its mean, and the mean of that, weighted by what is left (3 x 3 each)."""
+    """A held rate that turns by x: the rotation, its mean over the interval, and the mean weighted by the time left (3 x 3 each)."""
     n, X = float(np.linalg.norm(x)), cross_matrix(x)
     if n < 1e-3:
         terms = [1 - n**2 / 6, 0.5 - n**2 / 24, 1 / 6 - n**2 / 120, 1 / 24 - n**2 / 720]
@@ -57,14 +57,14 @@ class Consistency:
 
     MEMORY, LARGEST, AT_ONCE, SLOW_S, LONGEST_S = 20.0, 25.0, 2.0, 30.0, 20.0
     GROSS = 4.0
-    """Ratio of variances beyond which the noise counts as found to be larger than stated."""
+    """Ratio of variances above which the noise is treated as larger than stated."""
 
     def __init__(self) -> None:
         self.noise, self.successive, self.stated = 1.0, 1.0, 0.0
         self.last: tuple[Array, float] | None = None
 
     def restate(self, variance: float) -> None:
-        """What was estimated is a variance: where a larger one is stated than before, so much less is missing."""
+        """The estimate is a variance: if a larger one is stated than before, its ratio to the stated one falls."""
         if variance > self.stated > 0:
             self.noise = max(1.0, self.noise * self.stated / variance)
         self.stated = variance
@@ -91,7 +91,7 @@ class Constancy:
     LARGEST = np.array([0.05] * 3 + [3.0] * 3)
     """Of the gyroscope and accelerometer biases, in rad/s and m/s2."""
     SMALLEST = np.array([earth.RATE_RAD_S] * 3 + [0.0] * 3)
-    """A heading that is wrong moves a bias of the gyroscopes by the rate of the Earth at the most."""
+    """A wrong heading moves a bias of the gyroscopes by the rate of the Earth at most."""
     ROWS = np.arange(9, 15)
 
     def __init__(self) -> None:
@@ -160,7 +160,7 @@ class InsReference:
         return P
 
     def put_gravity(self) -> None:
-        """Where the body is."""
+        """The position of the body."""
         self.gravity, self.gravity_at = self.T.T @ earth.gravity_at(self.anchor_e + self.T @ self.d), self.d.copy()
 
     def gravity_near(self, d: Array) -> Array:
@@ -231,7 +231,7 @@ class InsReference:
         return min(LONGEST_S, self.vibration_force2 * self.interval_s / (2 * SMALL_M_S2**2))
 
     def feel(self, force: Array, T: float) -> None:
-        """The force without what vibrates, and its mean square along the horizontal."""
+        """The force without vibration, and its mean square along the horizontal."""
         felt = force if self.felt is None else self.felt
         self.felt = felt + T / (self.felt_over_s() + T) * (force - felt)
         self.felt2 += T / (FELT_S + T) * (float(self.felt[:2] @ self.felt[:2]) - self.felt2)
@@ -305,7 +305,7 @@ class InsReference:
         self.P = P
 
     def slow_sigma(self, stated_m: float) -> Array:
-        """Of the slow error of a fix that states this sigma: north, east, down."""
+        """Variance of the slow error of a fix that states this sigma: north, east, down."""
         usual = self.usual_colour()
         return np.where(usual > 0, np.where(stated_m < SHARP * usual, stated_m, np.maximum(usual, stated_m)), 0)
 
@@ -314,7 +314,7 @@ class InsReference:
         return np.array([self.o.position_colour_m[0]] * 2 + [self.o.position_colour_m[1]])
 
     def colour_of(self) -> tuple[Array, Array]:
-        """Of the slow error of the satellites: what stays of it, and the variance that comes."""
+        """The slow error of the satellites over an interval: the share that stays, and the variance that is added."""
         beyond = np.array([np.hypot(*self.colour[:2])] * 2 + [abs(self.colour[2])]) / 3
         fades, before = np.exp(-self.length_s / self.o.position_colour_s), self.slow_before
         less = np.minimum(1, np.divide(self.slow, before, out=np.ones(3), where=before > 0))
@@ -328,7 +328,7 @@ class InsReference:
         self, t_s: float, rate: Array, force: Array, velocity_n: Array | None = None, place: Array | None = None,
         field_b: Array | None = None, sigma_m: float = SIGMA_M,
     ) -> None:  # fmt: skip
-        """A sample, from its time on, with what satellites and a magnetometer say at that time. sigma_m: of the place, each axis."""
+        """A sample, from its time on, with the measurements of satellites and magnetometer at that time. sigma_m: of the place, each axis."""
         T = t_s - self.t_s
         self.gather(T, self.flow(T))
         self.put_gravity()
@@ -388,7 +388,7 @@ class InsReference:
         return np.concatenate([self.gyro_bias, self.accel_bias])
 
     def turn_biases(self) -> None:
-        """What is known of them stays in the axes T while corrections turn the attitude."""
+        """Their information stays in the axes T while corrections turn the attitude."""
         turn = turned(-self.turned_b)[0]
         for rows in (GYRO, ACCEL):
             self.P[rows] = turn @ self.P[rows]
@@ -402,7 +402,7 @@ class InsReference:
         return H, np.array([0.0, 0.0, (self.o.start_sigma_latency_s * change[2]) ** 2])
 
     def begin_field(self, field_b: Array) -> None:
-        """The first sample makes the unit."""
+        """The first sample sets the unit of the field."""
         self.field_unit = 1 / max(float(np.linalg.norm((self.R @ field_b)[:2])), 0.1 * float(np.linalg.norm(field_b)))
         self.P[IRON, IRON] = self.o.start_sigma_iron**2 * np.eye(3)
         self.P[STRENGTH, STRENGTH] = self.o.start_sigma_iron**2 + STRENGTH_BY_PLACE**2
@@ -432,8 +432,8 @@ class InsReference:
         self.memory_R, self.memory_s = self.memory_R + share * by_turn, self.t_s
         return True
 
-    def believe_other_iron(self) -> None:
-        """What has been another field for long is one."""
+    def widen_iron(self) -> None:
+        """A field that has differed for long is a new one."""
         if not has_passed(self.t_s - self.refused_s, self.o.gate_longest_s):
             return
         self.P[IRON, IRON] += self.o.start_sigma_iron**2 * np.eye(3)
@@ -443,7 +443,7 @@ class InsReference:
 
     def correct_field(self, field_b: Array) -> None:
         """strength m - R iron = north, along the horizontal."""
-        self.believe_other_iron()
+        self.widen_iron()
         if not self.remembers_field(field_b):
             self.refused_s = self.t_s if np.isnan(self.refused_s) else self.refused_s
             self.field_s = self.t_s

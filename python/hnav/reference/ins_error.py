@@ -158,7 +158,7 @@ class ReferenceInsError:
         self.steps += 1
 
     def _solve(self, S: Array, right: Array) -> Array:
-        """S^-1 right on the channels that are there; zero rows elsewhere."""
+        """S^-1 right on the channels with a measurement; zero rows elsewhere."""
         c = np.flatnonzero(~np.isnan(self.innovation))
         out = np.zeros_like(right)
         if len(c):

@@ -1,4 +1,4 @@
-"""The joint hypotheses of the filter for coloured INS errors again in NumPy: what c_src/ins_error/joint_hypotheses.hpp says, with
+"""The joint hypotheses of the filter for coloured INS errors again in NumPy: the law of c_src/ins_error/joint_hypotheses.hpp, with
 an inverse of its own for each innovation given the others."""
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SWEEP_FROM = 0.05  # odds against the stated process below which an increased on
 
 @dataclass
 class Prior:
-    """Of one channel: the modes that last (noise levels, then bias) and the outliers of one sample, by mode."""
+    """Priors of one channel, by mode: of the lasting modes (noise levels, then bias) and of the outliers of one sample."""
 
     lasting: Array
     outlier: Array
@@ -35,17 +35,17 @@ class Prior:
 
 @dataclass
 class Sweep:
-    """What the channels say under one hypothesis about the process."""
+    """Result of the tests of all channels under one hypothesis about the process."""
 
     log_evidence: float
     by_modes: float
-    """Of that, what the modes add to the evidence of a normal distribution."""
+    """The part of it that the modes add to the evidence of a normal distribution."""
     likelihood: Array
-    """By channel and mode."""
+    """Likelihoods by channel and mode."""
     innovation: Array
-    """By channel: given all others."""
+    """Innovation of each channel given all others."""
     variance: Array
-    """Of that, in a healthy channel."""
+    """Its variance in a healthy channel."""
 
 
 class JointHypotheses:
@@ -55,7 +55,7 @@ class JointHypotheses:
         self.o = o = options
         n = o.hmm_levels
         self.levels = o.hmm_level_ratio ** np.arange(n)
-        self.precision = np.append(1 / self.levels, 0)  # a biased measurement says nothing
+        self.precision = np.append(1 / self.levels, 0)  # a measurement with an unknown bias carries no information
         self.least_precision = min(1e-4, 1 / self.levels[-1])
         self.scale, self.noise, self.bias, self.process = np.ones(nz), np.zeros(nz), np.zeros(nz), 0.0
         self.belief = np.tile(np.eye(n + 1)[0], (nz, 1))
@@ -72,7 +72,7 @@ class JointHypotheses:
         self.process_transition = T + np.diag(1 - T.sum(axis=1))
 
     def _chain(self, fault: float) -> Array:
-        """Transitions of the modes that last; what leaves a healthy channel for an outlier is not in it."""
+        """Transitions of the lasting modes; the probability of an outlier is missing in the row of the healthy one."""
         o, n = self.o, self.o.hmm_levels
         T = np.zeros((n + 1, n + 1))
         T[0, 1:n], T[0, n] = fault / (n - 1), o.joint_bias_probability
@@ -92,7 +92,7 @@ class JointHypotheses:
         return [Prior(*rows) for rows in zip(self.belief @ transition, outlier)]
 
     def _predict_bias(self, priors: list[Prior], fresh: Array, wanders: Array) -> None:
-        """The tracked constant is as before, but that the prediction beside it wanders, or has begun just now."""
+        """The tracked constant is the previous one, a random walk with the variance of the prediction, or begins now."""
         for i, prior in enumerate(priors):
             if not fresh[i] > 0:
                 continue

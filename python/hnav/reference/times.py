@@ -1,8 +1,8 @@
-"""Lengths of time against a limit: rounding of stamps decides no tie, here as in c_src/base/instant.hpp."""
+"""Durations against a limit, with a tolerance for the rounding of time stamps, as in c_src/base/instant.hpp."""
 
 TIE_SHARE = 1e-4
 GAP_INTERVALS = 3 + 1e-3
-"""Samples are missing after so many usual intervals: two lost ones are the limit itself (c_src/signals/sampling.hpp)."""
+"""Usual intervals after which samples are missing: two lost samples are the limit itself (c_src/signals/sampling.hpp)."""
 
 
 def has_lasted(length_s: float, limit_s: float) -> bool:
@@ -14,7 +14,7 @@ def has_passed(length_s: float, limit_s: float) -> bool:
 
 
 def is_within(length_s: float, limit_s: float) -> bool:
-    """Not the contrary of has_lasted for NaN: no time at all is neither."""
+    """For NaN, no time at all, both this and has_lasted are false."""
     return bool(length_s < (1 - TIE_SHARE) * limit_s)
 
 

@@ -189,6 +189,7 @@ def draw_flight(flight: list[Channel]) -> Figure:
             middle.set_ylabel(f"error / {channel.unit}")
         rows[2][0].set_ylabel("fault probability")
         handles = {h.get_label(): h for axes in (rows[0][0], rows[1][0]) for h in axes.get_legend_handles_labels()[0]}
-        fig.legend(handles.values(), handles, loc="upper right", ncols=len(handles))
-        fig.subplots_adjust(left=0.05, right=0.99, top=0.9, bottom=0.07, wspace=0.24, hspace=0.16)
+        lines = -(-len(handles) // (2 * len(flight)))  # of the legend, which has two names above each column
+        fig.legend(handles.values(), handles, loc="upper right", ncols=-(-len(handles) // lines))
+        fig.subplots_adjust(left=0.2 / len(flight), right=0.99, top=0.93 - 0.03 * lines, bottom=0.07, wspace=0.24, hspace=0.16)
     return fig

@@ -184,7 +184,7 @@ def _sensors(seen: View) -> str:
 
 def _proof(seen: View) -> str:
     rows = [
-        [name.replace("_", " "), "right" if block.exact else "wrong: differences are used", f"{block.told:.6g}", f"{block.measured:.6g}"]
+        [name.replace("_", " "), "right" if block.exact else "wrong: differences are used", f"{block.stated:.6g}", f"{block.measured:.6g}"]
         for name, block in seen.run.proof.items()
     ]  # fmt: skip
     return table(["derivatives", "", "worst element, by the plant", "by differences"], rows)

@@ -38,10 +38,10 @@ def write_pictures(run: Run, folder: Path) -> list[Path]:
     return files
 
 
-def figure_of(run: Run, draw: Callable[[plots.Figure, Run], None]) -> plots.Figure:
+def figure_of(run: Run, draw: Callable[[plots.Figure, Run], None], width_px: int = WIDTH_PX) -> plots.Figure:
     """A figure that draw fills."""
     with plots.styled():
-        figure = plots.figure(WIDTH_PX, 3 * ROW_PX, DPI)
+        figure = plots.figure(width_px, 3 * ROW_PX, DPI)
         draw(figure, run)
         figure.align_ylabels()
         figure.tight_layout()
@@ -83,7 +83,7 @@ def draw_error(figure: plots.Figure, run: Run) -> None:
             axes.plot(run.t_s, error[:, axis], color=colour, lw=1.0)
             if column == 0:
                 axes.set_ylabel(f"{name} / deg")
-        grid[0, column].set_title(f"{estimate.name}: error, band ±3σ")
+        grid[0, column].set_title(f"{estimate.name}: error, ±3σ")
         _time_axis(grid[-1, column], run)
     for axis in range(3):
         # Bands that begin at half a turn would hide the errors.

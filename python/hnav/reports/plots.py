@@ -58,6 +58,8 @@ STYLE: dict[Any, Any] = {
     # The renderer cannot draw a path of millions of points as one chunk.
     "agg.path.chunksize": 20000,
 }
+# For pictures of 1200 pixels that a page shows on a telephone, 400 pixels wide.
+LARGE_TEXT: dict[Any, Any] = {"font.size": 15, "axes.titlesize": 15, "legend.fontsize": 14}
 
 # The axis of NIS ends here, and its running means take this many windows at most over the whole recording.
 NIS_FLOOR, NIS_WINDOWS = 1e-7, 100

@@ -28,15 +28,16 @@ class Flight:
 
 
 def simulate(aircraft: Aircraft, runs: int, steps: int, seed: int) -> Flight:
-    """Truth and measurements of `runs` flights with equal controls. The truth starts where the filter's prior says."""
+    """Truth and measurements of `runs` flights with equal controls. The truth is drawn from the filter's prior."""
     rng = np.random.default_rng(seed)
     size = (runs, len(aircraft.channels))
     return fly(aircraft, steps, lambda source, k: rng.normal(size=size), aircraft.model())
 
 
 def fly(aircraft: Aircraft, steps: int, draw: Callable[[str, int], np.ndarray], model: LinearModel) -> Flight:
-    """The flights that noise makes. draw(source, k): standard normal numbers, runs x n, of step k and one of the sources
-    process, colour (both make the start when k is 0) and measurement."""
+    """The flights for given noise. draw(source, k): standard normal numbers, runs x n, of step k and one of the sources
+    process, colour (both give the start when k is 0) and measurement.
+    """
     m = model.discrete()
     u, factor = aircraft.inputs(steps), aircraft.noise_factors(steps)
     diagonal = np.count_nonzero(m.Qw - np.diag(np.diag(m.Qw))) == 0

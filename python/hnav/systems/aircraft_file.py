@@ -1,4 +1,4 @@
-"""Aircraft from model files (models/aircraft): read, and refused with the reason when no filter could use them."""
+"""Reads aircraft from model files (models/aircraft); refuses unusable ones with the reason."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def models_folder() -> Path:
 
 
 def read_aircraft(path: str | Path) -> Aircraft:
-    """Raises HnavError, with the file's name and the reason, for data that no filter could use."""
+    """Raises HnavError, with the file's name and the reason, for unusable data."""
     file = _AircraftFile(Path(path))
     file.entry("source")
     states, controls = file.objects("states"), file.objects("inputs")
@@ -49,7 +49,7 @@ def read_aircraft(path: str | Path) -> Aircraft:
 
 
 class _AircraftFile(ModelFile):
-    """Entries checked for their type. KeyError: an object in a list lacks an entry."""
+    """Entries of the expected type. KeyError: an object in a list lacks an entry."""
 
     def objects(self, name: str, default: list[dict[str, Any]] | None = None) -> list[dict[str, Any]]:
         value = self.entry(name) if default is None else self.data.get(name, default)
@@ -90,7 +90,7 @@ class _AircraftFile(ModelFile):
         return value
 
     def stable(self, name: str, n: int) -> np.ndarray:
-        """n x n, without an eigenvalue on the right."""
+        """n x n, without an eigenvalue in the right half-plane."""
         A = self.array(name, (n, n))
         values = np.linalg.eigvals(A)
         unstable = values[values.real > 1e-9]

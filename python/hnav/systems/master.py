@@ -29,7 +29,7 @@ from hnav.fmi.points import check_points
 from hnav.io.outputs import OutputError
 from hnav.systems.structure import Component, Connection, System, refuse
 
-# All outputs except the covariances of the bias: the 3 x 3 block of the rotation is enough for the NEES.
+# All outputs except the covariances of the bias: the NEES needs the 3 x 3 block of the rotation only.
 RECORDED, UNRECORDED = ("*",), re.compile(r".*\.cov\.P\[\d,[456]\]")
 LOST = re.compile(r"(.+\.)?missed")  # counters of samples that fell between two communication points
 STEP_SLACK = 1e-9  # share of a step: rounding error of a stop time that is a whole number of steps
@@ -47,7 +47,7 @@ class Record:
     t_s: np.ndarray
     columns: dict[str, np.ndarray]
     units: dict[str, str]
-    wall_s: dict[str, float]  # by component: inside its FMU, calls included
+    wall_s: dict[str, float]  # processor time by component: inside its FMU, calls included
     lost: dict[str, int]  # by component: samples that fell between two communication points
     failure: str = ""
 
@@ -133,7 +133,7 @@ def _input_table(system: System, inputs: Mapping[str, np.ndarray], steps: int) -
 def _steps(
     parts: list[_Part], points: np.ndarray, driven: np.ndarray, table: np.ndarray, progress: Progress | None
 ) -> tuple[str, int]:
-    """Fills the table; returns why it ended early ("" if not) and how many rows are good."""
+    """Fills the table; returns why it ended early ("" if not) and the number of valid rows."""
     outside, times, steps = driven.shape[1], points.tolist(), len(points) - 1
     often = max(1, steps // PROGRESS_PARTS)
     for part in parts:
@@ -152,8 +152,9 @@ def _steps(
 
 
 class _Block(NamedTuple):
-    """Variables of one type that cross by one call: the call, NumPy's view of the memory that it fills or reads, and where
-    the values stand in the vector of all."""
+    """Variables of one type that one call transfers: the call, NumPy's view of its memory, and their places in the vector of
+    all values.
+    """
 
     cross: Callable[[], None]
     view: np.ndarray
@@ -161,7 +162,7 @@ class _Block(NamedTuple):
 
 
 class _Part:
-    """A component at work: its FMU and buffers through which its variables cross in blocks of one type."""
+    """A running component: its FMU and one buffer for each type of variables."""
 
     def __init__(self, component: Component, system: System, record: Sequence[str]):
         self.component, self.name, self.wall_s = component, component.name, 0.0
@@ -169,7 +170,7 @@ class _Part:
         self.recorded = [name for name in outputs if _matches(f"{self.name}.{name}", record)]
         self.counters = [name for name in outputs if LOST.fullmatch(name)]
         passed_on = {c.start[1] for c in system.connections if c.start[0] == self.name}
-        # By type, so that each type is one block of the vector of all values.
+        # Sorted by type, so that each type is one block of the vector of all values.
         self._read: dict[str, list[str]] = {kind: [] for kind in CROSSING}
         for name, variable in outputs.items():
             if name in passed_on.union(self.recorded, self.counters):
@@ -183,7 +184,7 @@ class _Part:
         self, loaded: KeptFmus, place: Mapping[tuple[str, str], int], connections: list[Connection], start_s: float,
         stop_s: float, inputs: set[str],
     ) -> None:  # fmt: skip
-        """Instantiates, sets parameters, initialises, makes the buffers. Raises HnavError that names the component."""
+        """Instantiates, sets parameters, initialises, creates the buffers. Raises HnavError that names the component."""
         try:
             self._fmu = fmu = loaded.instance(self.component.fmu, self.name)
             for name, value in self.component.parameters.items():
@@ -193,7 +194,7 @@ class _Part:
             raise
         except HnavError as error:
             refuse(f"component {self.name}: {error}")
-        # An input of the system that nothing drives must not overwrite the FMU's start value.
+        # An unconnected input of the system must not overwrite the FMU's start value.
         fed = {c.end[1]: place[c.start] for c in connections if c.end[0] == self.name and (c.start[0] or c.start[1] in inputs)}
         for kind, names in self._read.items():
             to = [name for name in fed if _crosses_as(self.component.variables[name].kind) == kind]
@@ -233,6 +234,6 @@ def _block(fmu: Fmu, kind: str, names: list[str], place: slice | np.ndarray, int
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:
-    """Patterns of * and ?; brackets stand for themselves, for in these names they are an index."""
+    """Patterns of * and ?; brackets are literal, because names contain them as an index."""
     expressions = (re.escape(p).replace(r"\*", ".*").replace(r"\?", ".") for p in patterns)
     return not UNRECORDED.fullmatch(name) and any(re.fullmatch(e, name) for e in expressions)

@@ -35,7 +35,7 @@ from hnav.systems.ssp_reader import system_files
 from hnav.systems.statistics import finite_mean
 from hnav.systems.structure import System, refuse
 
-# Only signals that the figures need are recorded: the files of 200 runs stay in memory.
+# Only signals that the figures need are recorded, so that 200 runs fit in memory.
 RECORDED = (
     "*.truth.latitude", "*.truth.longitude", "*.truth.height", "*.truth.euler[3]", "*.nav.*", "*.att.heading",
     "*.truth.q[?]", "*.att.q[?]", "*.att.sigma[?]", "*.cov.P*", "*.align.*", "*.nis.accel", "*.nis.mag", "*.count.accel_used", "*.count.mag_used",
@@ -47,7 +47,7 @@ COMMAND = "simulate"
 
 @dataclass(frozen=True)
 class Job:
-    """One run, small enough to travel to a worker."""
+    """One run, small enough to send to a worker."""
 
     system: str
     scenario: str | None
@@ -70,7 +70,9 @@ Row = dict[str, Any]
 
 
 class _Kept:
-    """A system that stays loaded for a command, in one thread. It goes when the command ends, after the run that is under way."""
+    """A system that stays loaded for a command, in one thread. It is unloaded when the command ends, after the run in
+    progress.
+    """
 
     def __init__(self, job: Job):
         self.system = LoadedSystem(job.system, job.allow_outside)
@@ -78,17 +80,17 @@ class _Kept:
         self.ended = False
 
     def go_if_ended(self) -> None:
-        """Closes the system once: the lock stays held."""
+        """Closes the system once: the lock stays locked."""
         if self.ended and self.in_use.acquire(blocking=False):
             self.system.__exit__()
 
 
-# What this process has loaded, by command, thread and system: a worker loads once, not once for each run.
+# Systems loaded by this process, by command, thread and system: a worker loads once, not once for each run.
 _kept: dict[tuple[str, int, str, bool], _Kept] = {}
 
 
 def unload(command: str) -> None:
-    """Closes the systems that were loaded for this command."""
+    """Closes the systems of this command."""
     for place in [place for place in list(_kept) if place[0] == command]:
         kept = _kept.pop(place)
         kept.ended = True
@@ -131,7 +133,7 @@ def _rows_of(job: Job, system: str | LoadedSystem) -> list[Row]:
             lacks = "has no attitude filter (att.q), and no filter that navigates (nav.latitude) beside a true place"
             refuse(f"system {run.about['system']} {lacks}: there is nothing to compare")
         return [key | {"filter": name, "failure": ""} | figures for name, figures in found.items()]
-    except OutputError:  # a full disk is no property of the run
+    except OutputError:  # a full disk is not a result of the run
         raise
     except HnavError as error:
         return [_failed(job, str(error))]
@@ -146,7 +148,7 @@ def _failed(job: Job, reason: str) -> Row:
 
 
 def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
-    """Mean squared errors rather than their roots: means over runs of squares are what the paper's Table 1 compares."""
+    """Mean squared errors rather than their roots: the paper's Table 1 compares means over runs of squares."""
     error, nees = estimate.error_rad, estimate.nees
     if error is None:
         refuse("the system puts out no truth (truth.q): there is nothing to compare with")
@@ -155,7 +157,7 @@ def _figures(estimate: Estimate, run: Run) -> dict[str, float]:
     found |= {"mse_deg2": finite_mean(np.sum(degrees**2, axis=1)), "final_deg": float(np.linalg.norm(degrees[-1]))}
     found["nees"] = np.nan if nees is None else finite_mean(nees)
     for t_s in NEES_AT_S:
-        # The last row not after the time: a shorter run has none.
+        # The last row not after the time; none in a shorter run.
         row = int(np.searchsorted(run.t_s, t_s * (1 + 1e-12), side="right")) - 1
         found[f"nees_{t_s:g}s"] = np.nan if nees is None or run.t_s[-1] < t_s * (1 - 1e-12) else float(nees[row])
     for sensor, name in (("accel", "force"), ("mag", "field")):
@@ -183,7 +185,7 @@ def finished_runs(file: Path, work: Sequence[Job], system: System) -> RecordFile
 
 
 def _one_or_all(values: Sequence[Any]) -> Any:
-    """The common value of all runs, else the values of each run."""
+    """The common value of all runs, otherwise the values of each run."""
     return values[0] if all(value == values[0] for value in values) else list(values)
 
 
@@ -211,7 +213,7 @@ def run_jobs(
 
 
 def simulate_command(job: Job) -> str:
-    """hnav simulate with what all runs have in common."""
+    """The hnav simulate command common to all runs."""
     given = {"--grade": job.grade, "--step": job.step_s, "--stop": job.stop_s}
     words = [word for option, value in given.items() if value is not None for word in (option, str(value))]
     words += [word for name, value in job.settings.items() for word in ("--set", f"{name}={value}")]
@@ -219,7 +221,7 @@ def simulate_command(job: Job) -> str:
 
 
 def _results(work: Sequence[tuple[int, Job]], workers: int, scheduler: str | None) -> Iterator[tuple[int, list[Row], bool]]:
-    """Number of the job, its rows and whether it ended by itself, in order of completion."""
+    """Number of the job, its rows and whether it ended normally, in order of completion."""
     command = uuid.uuid4().hex
 
     def failed(job: Job, reason: str) -> list[Row]:

@@ -36,7 +36,8 @@ OF_BODY = [
     "truth.latitude",
     *(f"truth.{name}[{i}]" for name, n in (("velocity", 3), ("q", 4), ("rate", 3)) for i in range(1, n + 1)),
 ]
-# OMSimulator attributes a name that begins with a component name to that component: no component is named like a group of variables.
+# OMSimulator assigns a name that begins with a component name to that component: no component has the name of a group of
+# variables.
 READ = {"gnss_receiver": [*OF_BODY, "truth.longitude", "truth.height"], "barometer": ["truth.height"], "wheel_sensor": OF_BODY}
 STATED = {
     "gnss_receiver": [
@@ -56,12 +57,12 @@ COMPONENTS = {
     "wheel_sensor": ("Wheel", "speed by wheels"),
     "ins": ("Ins", "position, velocity and attitude, from any heading"),
 }
-# In every scenario, and not bound beside it: fmpy takes a scenario alone.
+# Part of every scenario instead of a binding beside it: fmpy reads a scenario alone.
 ALWAYS: Values = {"vehicle.mean_over_s": PERIOD_S, "ins.sampling_mode": "counter"}
 
 
 def grade_values(name: str) -> Values:
-    """A preset of the Ins, and the inertial sensors that it is for."""
+    """A preset of the Ins, and the inertial sensors for it."""
     stated = Options("ins", name)
     return {
         "sensor.gyro.noise_deg_per_sqrt_h": stated.gyro_noise_rad_per_sqrt_s / DEG * ROOT_HOUR,
@@ -109,7 +110,9 @@ def _drive(
 def _satellites(
     outage_s: float = 0.0, jump_m: float = 0.0, jump_s: tuple[float, float] = (90.0, 100.0), latency_s: float = PERIOD_S
 ) -> Values:
-    """A fix arrives with the inertial sample of the same time stamp. An open sky, but for an outage from 80 s on, positions that are off to the north, fixes that come late."""
+    """A fix arrives with the inertial sample of the same time stamp. Scenarios: an open sky with an outage from 80 s on,
+    positions with an offset to the north, late fixes.
+    """
     return {
         "gnss_receiver.gnss.stamp_error_s": STAMP_ERROR_S,
         "gnss_receiver.gnss.outlier_probability": OUTLIERS,

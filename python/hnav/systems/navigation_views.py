@@ -17,11 +17,11 @@ from hnav.systems.results import Run
 PLACE = ("latitude", "longitude", "height")
 FALSE_RAD = np.radians(5)
 ANY_HEADING = 2
-"""Phases from this one on have an estimate."""
+"""Phases with an estimate begin with this one."""
 
 
 def wrapped(angle: Array) -> Array:
-    """In (-pi, pi]."""
+    """Angles in (-pi, pi]."""
     within: Array = np.pi - np.remainder(np.pi - angle, 2 * np.pi)
     return within
 
@@ -32,7 +32,7 @@ def truth_of_place(run: Run) -> str | None:
 
 
 def navigators(run: Run) -> list[Navigator]:
-    """The filters of a run that navigate, in the order of the system; none in a run without the true place."""
+    """The navigation filters of a run, in the order of the system; none in a run without the true position."""
     if truth_of_place(run) is None:
         return []
     wanted = (*(f"nav.{name}" for name in PLACE), "nav.sigma_position[3]", "att.heading", "att.sigma[3]", "align.phase")
@@ -41,7 +41,7 @@ def navigators(run: Run) -> list[Navigator]:
 
 @dataclass(frozen=True)
 class Navigator:
-    """One filter beside the truth; rows before there is an estimate are NaN."""
+    """One filter beside the truth; NaN in rows without an estimate."""
 
     run: Run
     name: str
@@ -60,7 +60,7 @@ class Navigator:
 
     @property
     def truth(self) -> str:
-        """Of navigators there is a truth."""
+        """For navigators there is a truth."""
         component = truth_of_place(self.run)
         assert component is not None
         return component
@@ -74,20 +74,21 @@ class Navigator:
 
     @cached_property
     def sigma_m(self) -> Array:
-        """n x 3: as stated."""
+        """n x 3: stated sigmas."""
         return self._where_known(self.run.vector(self.name, "nav.sigma_position", 3))
 
     @cached_property
     def heading_off_rad(self) -> Array:
-        """n: estimate minus truth, in (-pi, pi]. North of the estimate's place is not that of the true one: by a pole the difference
-        counts."""
+        """n: estimate minus truth, in (-pi, pi]. Corrected for the convergence of the meridians between the estimated and the
+        true position, which is significant near a pole.
+        """
         off = self.run[f"{self.name}.att.heading"] - self.run[f"{self.truth}.truth.euler[3]"]
         east = wrapped(self.run[f"{self.name}.nav.longitude"] - self.run[f"{self.truth}.truth.longitude"])
         return self._where_known(wrapped(off - east * np.sin(self.run[f"{self.truth}.truth.latitude"])))
 
     @cached_property
     def heading_sigma_rad(self) -> Array:
-        """n: as stated, over the whole circle."""
+        """n: the stated sigma, up to that of the whole circle."""
         return self._where_known(self.run[f"{self.name}.att.sigma[3]"])
 
     @cached_property

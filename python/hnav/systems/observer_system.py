@@ -40,7 +40,7 @@ def observer(folder: Path, fmi_version: int) -> Observer:
 
 
 def write_fmu_texts(folder: Path, plan_folder: Path) -> None:
-    """All of the FMU but its binaries: Observer/both, what the versions of FMI have in common, Observer/fmi2 and Observer/fmi3."""
+    """All of the FMU except its binaries: Observer/both for all versions of FMI, Observer/fmi2 and Observer/fmi3."""
     example = {EXAMPLE: example_input()}
     made = {version: texts(observer(plan_folder, version), version, PERIOD_S) | example for version in VERSIONS}
     for version, files in made.items():
@@ -52,7 +52,7 @@ def write_fmu_texts(folder: Path, plan_folder: Path) -> None:
 
 
 def example_input() -> str:
-    """Samples of the pendulum's angle, as the archive brings them for those who try it."""
+    """Samples of the pendulum's angle, the example input of the archive."""
     lines = ["time,angle.value"]
     with Fmu(fmu_path(PLANT, 2)) as pendulum:
         pendulum.initialise()
@@ -63,7 +63,7 @@ def example_input() -> str:
 
 
 def write_system(folder: Path, plan_folder: Path) -> None:
-    """All of them. The FMUs must be built: when variables have changed, build and write twice."""
+    """Writes all files. The FMUs must be built: when variables have changed, build and write twice."""
     write_fmu_texts(folder, plan_folder)
     (folder / "SystemStructure.ssd").write_text(SYSTEM.structure(), encoding="utf-8")
 

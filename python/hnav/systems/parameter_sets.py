@@ -18,7 +18,7 @@ from hnav.systems.structure import Value
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-# Exponents of the base units. Units with roots have none and are not declared: a name has them.
+# Exponents of the base units. Units with roots have none and are not declared: only their name is used.
 BASE_UNITS: dict[str, dict[str, int]] = {
     "s": {"s": 1}, "1/s": {"s": -1}, "rad": {"rad": 1}, "rad/s": {"rad": 1, "s": -1}, "rad/s2": {"rad": 1, "s": -2},
     "rad2": {"rad": 2}, "rad2/s": {"rad": 2, "s": -1}, "rad2/s2": {"rad": 2, "s": -2}, "m/s": {"m": 1, "s": -1},
@@ -27,7 +27,7 @@ BASE_UNITS: dict[str, dict[str, int]] = {
 
 
 def unit_elements(units: set[str], indent: str) -> str:
-    """ssc:Unit elements of those that have base units."""
+    """ssc:Unit elements for the units with base units."""
     lines = []
     for name in sorted(units & set(BASE_UNITS)):
         base = " ".join(f'{key}="{value}"' for key, value in BASE_UNITS[name].items())
@@ -36,7 +36,9 @@ def unit_elements(units: set[str], indent: str) -> str:
 
 
 def parameter_element(name: str, value: Value, variable: ScalarVariable) -> str:
-    """ssv:Parameter. An enumeration goes by number, because fmpy and Ecos read it so; its name stands beside for people."""
+    """ssv:Parameter. An enumeration is written as a number, because fmpy and Ecos read it so; its name is a comment beside
+    it.
+    """
     if isinstance(value, bool):
         described, element = "", f'<ssv:Boolean value="{str(value).lower()}"/>'
     elif isinstance(value, str):

@@ -16,15 +16,15 @@ Answer = TypeVar("Answer")
 
 
 AHEAD = 4
-"""Jobs per worker that are submitted at a time: with all at once the memory of the cluster would grow with their number."""
+"""Jobs per worker submitted at a time: with all jobs at once the memory of the cluster would grow with their number."""
 
 
 UNWATCHED = {"distributed.worker.profile.enabled": False, "distributed.admin.low-level-log-length": 100}
-"""Settings for local workers: the records of Dask's status page grow with the number of jobs."""
+"""Settings for local workers, because the records of Dask's status page grow with the number of jobs."""
 
 
 def no_end() -> None:
-    """Of work that leaves nothing behind in its process."""
+    """End function of work that leaves nothing in its process."""
 
 
 def results(
@@ -53,7 +53,7 @@ def results(
 
         def submit(count: int) -> None:
             for i, job in islice(left, count):
-                # Keys by number: equal jobs are runs of their own.
+                # Keys by number, because equal jobs are separate runs.
                 future = client.submit(call, job, key=f"run-{i}-{id(work)}", pure=False)
                 futures[future] = i, job
                 finished_ones.add(future)
@@ -91,8 +91,8 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
     with ExitStack() as closed:
         closed.enter_context(dask.config.set(UNWATCHED))
         try:
-            # The status page is for this machine only, at a port that is free. What fails in a run is a row; what the
-            # workers say when they stop is of no use.
+            # The status page is for this machine only, at a free port. A failure in a run becomes a row; the messages of
+            # stopping workers are not useful.
             where = scheduler or closed.enter_context(
                 LocalCluster(
                     n_workers=workers, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL

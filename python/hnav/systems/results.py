@@ -1,4 +1,4 @@
-"""A finished simulation in memory: what hnav.systems.simulation makes, writes and reads."""
+"""A finished simulation in memory, as made, written and read by hnav.systems.simulation."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Run:
         return all(f"{component}.{name}" in self.columns for name in names)
 
     def vector(self, component: str, name: str, size: int) -> np.ndarray:
-        """component.name[1] ... [size] side by side, n x size. Raises HnavError when one is not there."""
+        """component.name[1] ... [size] side by side, n x size. Raises HnavError when one is missing."""
         return np.column_stack([self[f"{component}.{name}[{i}]"] for i in range(1, size + 1)])
 
     def __getitem__(self, name: str) -> np.ndarray:

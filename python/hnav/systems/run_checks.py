@@ -37,7 +37,7 @@ def _or_none(is_right: Callable[[object], bool]) -> Callable[[object], bool]:
     return lambda value: value is None or is_right(value)
 
 
-# Entry of run.json -> what it is, and whether it is that.
+# Entry of run.json -> its description and its check.
 ENTRIES: dict[str, tuple[str, Callable[[object], bool]]] = {
     **dict.fromkeys(("system", "description", "failure"), ("a text", _is_text)),
     **dict.fromkeys(("scenario", "grade"), ("a text or null", _or_none(_is_text))),
@@ -52,7 +52,7 @@ ENTRIES: dict[str, tuple[str, Callable[[object], bool]]] = {
 
 
 def check_about(about: Any, file: Path) -> None:
-    """run.json. Raises HnavError that names the entry that is missing or is something else."""
+    """run.json. Raises HnavError that names the missing or invalid entry."""
     if not isinstance(about, dict):
         refuse(f"{file}: cannot be read: no object; hnav simulate writes it")
     for name, (kind, is_right) in ENTRIES.items():
@@ -63,13 +63,13 @@ def check_about(about: Any, file: Path) -> None:
 
 
 def check_certificate(found: Any, file: Path) -> None:
-    """certificate.json: a verdict and its reason; the figures may be anything. Raises HnavError."""
+    """certificate.json: a verdict and its reason; the figures are not checked. Raises HnavError."""
     if not isinstance(found, dict) or not isinstance(found.get("certified"), bool) or not isinstance(found.get("reason"), str):
         refuse(f"{file}: cannot be read: certified and reason are not there; hnav certify writes it")
 
 
 def check_signals(t_s: Any, columns: Mapping[str, Any], file: Path) -> None:
-    """Times that increase, and numbers for each. Raises HnavError that names the dataset."""
+    """Increasing times, and numbers for each. Raises HnavError that names the dataset."""
     for name, values in {"t_s": t_s, **columns}.items():
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub" or values.ndim != 1:
             refuse(f"{file}: cannot be read: {name} is no column of numbers; hnav simulate writes it")

@@ -72,19 +72,19 @@ class Estimate:
 
     @cached_property
     def health(self) -> np.ndarray | None:
-        """n x 3: the states of gyro, accel and mag as places in SENSOR_STATES; None in a run that does not hold them."""
+        """n x 3: the states of gyro, accel and mag as indices of SENSOR_STATES; None in a run without them."""
         names = [f"health.{sensor}.state" for sensor in HEALTH_SENSORS]
         if not self.run.has(self.name, *names):
             return None
         return np.stack([self.run[f"{self.name}.{name}"] for name in names], axis=1).astype(np.uint8)
 
     def sampled(self, sensor: str) -> np.ndarray:
-        """Rows at which a sample of the sensor (accel, mag) was used; between them its outputs are held."""
+        """Rows at which a sample of the sensor (accel, mag) was used; its outputs are held between them."""
         used = self.run[f"{self.name}.count.{sensor}_used"]
         return np.flatnonzero(np.diff(used, prepend=0.0) > 0)
 
     def dimension(self, sensor: str) -> int:
-        """Components of the innovation; a run without them may state their number."""
+        """Number of components of the innovation; a run without the covariance may state it."""
         sizes = self.run.about.get("innovation_dimensions", {})
         return int(sizes[sensor]) if sensor in sizes else sum(self.run.has(self.name, f"innov.{sensor}[{i}]") for i in (1, 2, 3))
 
@@ -99,7 +99,7 @@ def truth_component(run: Run) -> str | None:
 
 
 def truth_q_nb(run: Run) -> np.ndarray | None:
-    """True attitude (n x 4, scalar first, body to navigation), None if the run holds none."""
+    """True attitude (n x 4, scalar first, body to navigation), None in a run without it."""
     component = truth_component(run)
     return None if component is None else run.vector(component, TRUTH_ATTITUDE, 4)
 
@@ -115,7 +115,7 @@ def magnetometer(run: Run) -> str | None:
 
 
 def measured_field(run: Run) -> np.ndarray:
-    """Samples of the magnetometer (k x 3, T, sensor axes), held values counted once."""
+    """Samples of the magnetometer (k x 3, T, sensor axes); a held value counts once."""
     component = magnetometer(run)
     assert component is not None, "ask magnetometer(run) first"
     field = run.vector(component, "mag.field", 3)

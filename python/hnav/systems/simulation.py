@@ -34,9 +34,9 @@ DEFAULT_STEP_S, DEFAULT_STOP_S = 0.01, 10.0
 
 
 class LoadedSystem:
-    """A system whose files are read once and whose FMUs are loaded once, for many runs one after the other.
+    """A system whose files and FMUs are loaded once, for many runs one after the other.
 
-    Use as a context manager: the FMUs and what was unpacked go when it ends. Raises HnavError.
+    Use as a context manager: it unloads the FMUs and removes unpacked files. Raises HnavError.
     """
 
     def __init__(self, system: str | Path, allow_outside: bool = False):
@@ -102,9 +102,9 @@ def _outcome(left: Record) -> dict[str, Any]:
 
 
 def write_run(run: Run, folder: Path) -> None:
-    """Makes the folder when it is missing; run.json comes last and marks it as whole. Raises OutputError.
+    """Makes a missing folder; run.json is written last and marks the folder as complete. Raises OutputError.
 
-    The certificate of a run that was there before goes with it: it says nothing of this one.
+    The certificate of an earlier run is removed, because it is not about this one.
     """
     about = json.dumps(_plain(run.about), indent=2, allow_nan=False) + "\n"
     files: dict[Path, bytes | str] = {folder / SIGNALS: _signals(run), folder / ABOUT: about}
@@ -119,8 +119,8 @@ def _plain(value: Any) -> Any:
 
 
 def _signals(run: Run) -> bytes:
-    """The bytes of signals.h5. Made in memory: on a full disk HDF5 ends the process that closes a file."""
-    # Without times of creation the bytes depend on the numbers alone.
+    """The bytes of signals.h5, made in memory: on a full disk HDF5 aborts the process that closes a file."""
+    # Without creation times the bytes depend on the numbers only.
     with h5py.File(SIGNALS, "w", driver="core", backing_store=False, track_order=True) as target:
         target.create_dataset("t_s", data=run.t_s, track_times=False).attrs["unit"] = "s"
         for name, values in run.columns.items():

@@ -1,6 +1,6 @@
-"""Archives of systems (.ssp): unpacked within limits; files that a system names are searched inside.
+"""Unpacks archives of systems (.ssp) within limits; files named by a system are searched inside.
 
-An FMU is native code. Whoever runs an archive runs what is in it, but nothing else of the machine unless it is allowed.
+An FMU is native code. Running an archive runs its FMUs, but no other file of the machine unless it is allowed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ CURE = "unpack it and name the folder if you trust it"
 
 
 def unpack(archive: Path, folder: Path, room: Room) -> None:
-    """The archive into the folder. Raises HnavError for what is no archive, for links, names that lead outside and size."""
+    """Unpacks the archive into the folder. Raises HnavError for a file that is no archive, for links, for names that lead
+    outside, and for its size.
+    """
     try:
         with zipfile.ZipFile(archive) as source:
             entries = source.infolist()
@@ -34,19 +36,19 @@ def unpack(archive: Path, folder: Path, room: Room) -> None:
         raise
     except OSError as error:
         raise cannot_write(f"{folder} (unpacking {archive})", error) from None
-    except Exception as error:  # encrypted, packed in an unknown way, damaged: each module behind zipfile has its own
+    except Exception as error:  # encrypted, unknown compression, damaged: each module behind zipfile raises its own errors
         refuse(f"{archive}: no SSP archive: {(str(error) or type(error).__name__).splitlines()[0]}")
 
 
 def leads_outside(source: str) -> bool:
-    """Whether a path in an archive is absolute or goes up, read by the rules of any system."""
+    """Whether a path in an archive is absolute or leads upward, by the rules of any operating system."""
     path, windows = PurePosixPath(source), PureWindowsPath(source)
     return path.is_absolute() or bool(windows.drive or windows.root) or ".." in (*path.parts, *windows.parts)
 
 
 @dataclass(frozen=True)
 class SystemFiles:
-    """The files of a system: a folder as it is, or an archive and what it was unpacked to."""
+    """The files of a system: a folder, or an archive with the folder that it was unpacked to."""
 
     folder: Path
     shown: Path
@@ -70,7 +72,7 @@ class SystemFiles:
         return self.shown.resolve().parent / source
 
     def check_fmu(self, fmu: Path, what: str) -> None:
-        """Raises HnavError for an FMU of an archive that unpacks to more than there is room for."""
+        """Raises HnavError for an FMU of an archive that exceeds the remaining room."""
         if not self.archive:
             return
         shown = f"{self.shown}: {what}"

@@ -1,4 +1,4 @@
-"""Checks of a system before it runs: connectors and variables, ends of connections, types and units."""
+"""Checks a system before it runs: connectors and variables, ends of connections, types and units."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from hnav.errors import nearest
 from hnav.systems.structure import Component, Connection, System, refuse, types_agree
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
-# By name: exponents of the base units, factor and offset.
+# Units by name: exponents of the base units, factor and offset.
 Units = Mapping[str, tuple[float, ...]]
 
 
 def check_system(system: System, units: Units) -> None:
-    """units: those that the SSD defines. Raises HnavError that names what does not fit."""
+    """units: defined in the SSD. Raises HnavError that names the mismatch."""
     for component in system.components.values():
         _check_connectors(component, units)
     for connection in system.connections:
@@ -41,7 +41,7 @@ def _fmu_units(description: ModelDescription) -> Units:
 
 
 class _End(NamedTuple):
-    """An end of a connection; type and unit may be left open (empty)."""
+    """An end of a connection; type and unit may be unspecified (empty)."""
 
     kind: str
     type: str
@@ -50,7 +50,7 @@ class _End(NamedTuple):
 
 
 def _units_agree(one: str, ones: Units, other: str, others: Units) -> bool:
-    """The same name, or names whose definitions are the same. A unit that is left open agrees with all."""
+    """Equal names, or names with equal definitions. An unspecified unit agrees with all."""
     return one == other or not one or not other or (one in ones and ones[one] == others.get(other))
 
 
@@ -77,7 +77,7 @@ def _end(system: System, end: tuple[str, str], units: Units, where: str) -> _End
     if name not in declared:
         refuse(f"{where}: {element or f'system {system.name}'} has no connector {name}")
     if not element:
-        # Inside the system, its inputs are sources and its outputs are sinks.
+        # Seen from inside, the inputs of the system are sources and its outputs are sinks.
         kind = {"input": "output", "output": "input"}.get(declared[name].kind, declared[name].kind)
         return _End(kind, declared[name].type, declared[name].unit, units)
     component = system.components[element]
@@ -86,7 +86,7 @@ def _end(system: System, end: tuple[str, str], units: Units, where: str) -> _End
 
 
 def _check_connection(system: System, connection: Connection, units: Units) -> None:
-    """Data flow out of an output (or the system's input) into an input (or the system's output), of one type and unit."""
+    """Data flows from an output (or the system's input) to an input (or the system's output) of the same type and unit."""
     where = f"connection {text_of(connection)}"
     start, end = (_end(system, side, units, where) for side in (connection.start, connection.end))
     if (start.kind, end.kind) != ("output", "input"):

@@ -71,7 +71,7 @@ def known_systems() -> dict[str, Path]:
 
 
 def system_files(text: str) -> list[Path]:
-    """What is read of a system, by name, .ssp or folder: the archive, or all that lies in the folder."""
+    """The archive of a system, or all files in its folder."""
     path = system_path(text)
     return sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
 
@@ -137,7 +137,7 @@ def _read_system(files: SystemFiles) -> System:
 
 
 def _step(master: ElementTree.Element | None, components: dict[str, Component]) -> float | None:
-    """The step that the SSD asks for, else the finest that an FMU asks for."""
+    """The step stated in the SSD, otherwise the smallest step stated in an FMU."""
     if master is not None and "stepSize" in master.attrib:
         return _number(master.get("stepSize", ""), "stepSize")
     asked = [c.description.defaultExperiment.stepSize for c in components.values() if c.description.defaultExperiment]
@@ -170,7 +170,7 @@ def _refuse_what_is_not_done(system: ElementTree.Element, shown: Path) -> None:
 
 
 def _units(elements: list[ElementTree.Element]) -> Units:
-    """A unit without a BaseUnit is left out: its name alone counts."""
+    """A unit without a BaseUnit is omitted: only its name is compared."""
     found = {}
     for element in elements:
         base = element.find(f"{SSC}BaseUnit")
@@ -185,7 +185,7 @@ def _read_component(element: ElementTree.Element, files: SystemFiles) -> Compone
     name, source, shown = element.get("name", ""), element.get("source", ""), files.shown
     fmu = files.find(source, f"component {name}")
     if not _is_file(fmu):
-        # An archive is complete in itself; a folder of the repository holds no binaries.
+        # An archive is self-contained; a folder of the repository has no binaries.
         try:
             fmu = fmu if files.archive else fmu_path(Path(source).stem, 2)
         except HnavError as error:
@@ -208,7 +208,7 @@ def _read_component(element: ElementTree.Element, files: SystemFiles) -> Compone
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except OSError:  # a name that is too long for the file system
+    except OSError:  # the name is too long for the file system
         return False
 
 
@@ -260,7 +260,7 @@ def _entries(parameter_set: ElementTree.Element, prefix: str = "") -> Iterator[P
 
 
 def _beside(folder: Path, kind: str) -> Iterator[tuple[str, ParameterSet]]:
-    """Name and content of the sets that lie in the system without being bound."""
+    """Name and content of the parameter sets in the system that are not bound."""
     for path in sorted(folder.rglob("*.ssv")):
         if path.stem.startswith(f"{kind}_"):
             name = path.stem[len(kind) + 1 :]

@@ -20,7 +20,7 @@ def normalised_squares(error: np.ndarray, P: np.ndarray) -> np.ndarray:
 
 
 def finite_mean(values: np.ndarray) -> float:
-    """Of the finite ones; NaN without any."""
+    """Root mean square of the finite values; NaN if there are none."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else np.nan
 
@@ -51,7 +51,7 @@ def ratio_interval(numerator: np.ndarray, denominator: np.ndarray, confidence: f
 
 
 def chi_square_interval(dimension: int, probability: float = 0.95) -> tuple[float, float]:
-    """Two-sided: bounds of the sum of `dimension` squared standard normal numbers with this probability."""
+    """Two-sided bounds of the sum of `dimension` squared standard normal numbers with this probability."""
     low, high = (float(special.chdtri(dimension, 1 - share)) for share in ((1 - probability) / 2, (1 + probability) / 2))
     return low, high
 

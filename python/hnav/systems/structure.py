@@ -23,21 +23,21 @@ from hnav.io.sensors import read_grade
 SEED_STRIDE = 1_000_000
 SENSOR_FILE = ".json"
 SENSORS, FILTERS = ("ImuMagSensor", "ImuMagSensorClocks"), {"Ahrs": "ahrs", "Hrekf": "hrekf"}
-"""Models that a sensor file sets: parameters of the sensors, and options of the filters."""
+"""Models set by a sensor file: parameters of the sensors, and options of the filters."""
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
-# What a parameter of a component may be set to; the text of an enumeration is the name of its item.
+# Type of a parameter's value; the text of an enumeration is the name of its item.
 Value = float | int | bool | str
 TYPE_OF_KIND: dict[str, Callable[[str], Value]] = {"Real": float, "Integer": int, "String": str}
 
 
 def refuse(text: str, argument: str | None = None) -> NoReturn:
-    """Raises HnavError: a file, or what was asked of a system, is wrong."""
+    """A file, or a request to a system, is wrong."""
     raise HnavValueError("option", text, argument) from None
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of an FMU as a system sees it. kind: Real, Integer, Boolean, Enumeration or String."""
+    """A variable of an FMU as seen by a system. kind: Real, Integer, Boolean, Enumeration or String."""
 
     name: str
     kind: str
@@ -48,7 +48,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector that the SSD declares. kind: input, output, parameter, ...; type and unit may be left open (empty)."""
+    """A connector declared in the SSD. kind: input, output, parameter, ...; type and unit may be unspecified (empty)."""
 
     name: str
     kind: str
@@ -88,7 +88,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Parameters that are chosen together, by name: a grade or a scenario."""
+    """Parameters chosen together by name: a grade or a scenario."""
 
     parameters: list[Parameter]
     description: str = ""
@@ -96,7 +96,7 @@ class ParameterSet:
 
 @dataclass
 class System:
-    """A checked system, ready to run. Use as a context manager: unpacked archives go when it ends."""
+    """A checked system, ready to run. Use as a context manager: it removes unpacked archives."""
 
     name: str
     description: str
@@ -118,13 +118,14 @@ class System:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def as_bound(self) -> System:
-        """The same with parameters of its own, those that its files bind, to be set for one run; it unpacked nothing."""
+        """A copy with separate parameters, those bound in its files, to be set for one run; it owns no unpacked files."""
         components = {name: replace(c, parameters=dict(c.parameters)) for name, c in self.components.items()}
         return replace(self, components=components, _folder=None)
 
     def apply(self, parameters: Sequence[Parameter], where: str) -> None:
-        """Sets parameters named component.parameter; the name of an input of the system stands for all that it feeds. Raises HnavError
-        that begins with `where`."""
+        """Sets parameters named component.parameter; an input of the system sets all connected inputs. Raises HnavError that
+        begins with `where`.
+        """
         for parameter in parameters:
             for component, name in self._owners(parameter.name, where):
                 component.parameters[name] = parameter_value(component, name, parameter, where)
@@ -153,7 +154,7 @@ class System:
                         self.components[component].parameters[parameter] = graded[name]
 
     def _of_sensor_file(self, file: str) -> list[Parameter]:
-        """Sets sensors and attitude filters by the figures of a sensor file; other parameters stay. Raises HnavError."""
+        """Sets sensors and attitude filters from a sensor file; other parameters keep their values. Raises HnavError."""
         grade = read_grade(file)
         if not any(c.description.modelName in SENSORS for c in self.components.values()):
             refuse(f"sensor file {file}: system {self.name} has no component {SENSORS[0]}")
@@ -167,8 +168,9 @@ class System:
         ]
 
     def seed(self, seed: int) -> None:
-        """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of
-        their names, so that no two plants draw the same noise."""
+        """Sets the parameter `seed` of every component that has one: seed, seed + SEED_STRIDE, ... in the order of their
+        names, so that no two plants draw the same noise.
+        """
         seeded = [c for _, c in sorted(self.components.items()) if "seed" in c.variables]
         if not seeded:
             refuse(
@@ -180,7 +182,7 @@ class System:
             self.apply([Parameter(f"{component.name}.seed", "", str(seed + i * SEED_STRIDE))], "seed")
 
     def parameters(self) -> dict[str, Value]:
-        """The values that are set, by component.parameter; others keep the start values of the FMUs."""
+        """Values that were set, by component.parameter; others keep the start values of the FMUs."""
         return {f"{c.name}.{name}": value for c in self.components.values() for name, value in sorted(c.parameters.items())}
 
     def _owners(self, name: str, where: str) -> list[tuple[Component, str]]:
@@ -197,7 +199,7 @@ class System:
 
 
 def types_agree(one: str, other: str) -> bool:
-    """SSP 1.0 lets an enumeration be given by its number."""
+    """SSP 1.0 allows an enumeration to be given by its number."""
     return one == other or {one, other} == {"Integer", "Enumeration"}
 
 
@@ -217,7 +219,7 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
     try:
         value = _converted(variable, parameter.value.strip())
         if variable.kind == "Integer" and not -(2**31) <= int(value) < 2**31:
-            raise ValueError  # larger ones come in FMI 3 alone, and would be cut to another number by FMI 2
+            raise ValueError  # larger integers exist in FMI 3 only; FMI 2 would truncate them
         return value
     except (ValueError, KeyError):
         wanted = f"one of {', '.join(variable.items)}" if variable.items else f"a {variable.kind}"
@@ -225,7 +227,7 @@ def parameter_value(component: Component, name: str, parameter: Parameter, where
 
 
 def _converted(variable: Variable, text: str) -> Value:
-    """Raises ValueError or KeyError for a text that is none of the variable's values."""
+    """Raises ValueError or KeyError for a text that is no value of the variable."""
     if variable.kind == "Enumeration":
         if text in variable.items:
             return text

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from hnav.filters.attitude import Filter
 from hnav.filters.options import FILTERS, Options
 from hnav.fmi.engines import run_recording
 from hnav.io.recordings import Recording
-from studies.bench.motions import body_of
+from studies.bench.motions import body_of, sensor_of
 from studies.bench.peers import PEERS, find_peer, run_peer
 from studies.larger_q import WALK, larger_q
 
@@ -25,6 +26,8 @@ DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "a
 LARGER_Q = "ekf-larger-q"
 OWN_BODY = "body=own"
 """The setting that gives each recording the word for what it was made on."""
+OWN_SENSOR = "sensor=own"
+"""The setting that gives each recording of MOTION the datasheet of its sensors."""
 DEFAULT_FILTERS = ("hrekf", LARGER_Q, "ahrs", "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
 
 
@@ -54,7 +57,7 @@ def contenders(filters: Sequence[str], peers: Sequence[str]) -> tuple[list[Conte
     """Those that can run, and a line for each peer whose package is missing. Raises HnavError or UsageError for wrong names.
 
     A filter is NAME, NAME-smooth for its smoother, or either with options: NAME:option=value:option=value. body=own is the body that each
-    recording was made on.
+    recording was made on, sensor=own the datasheet of its sensors.
     """
     ready, missing = [own_contender(name) for name in filters], []
     for name in peers:
@@ -76,14 +79,16 @@ def own_contender(name: str) -> Contender:
         others = {option: str(value) for option, value in larger_q(getattr(Options(filter), WALK)).items()}
     if filter not in FILTERS:
         raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
-    own_body = OWN_BODY in pairs
-    chosen = parse_settings([pair for pair in pairs if pair != OWN_BODY])
+    own_body, own_sensor = OWN_BODY in pairs, OWN_SENSOR in pairs
+    chosen = parse_settings([pair for pair in pairs if pair not in (OWN_BODY, OWN_SENSOR)])
     settings = {"navigation_frame": "enu"} | others | chosen
     Options(filter, **settings)  # an invalid setting is refused before the first run
 
     def estimate(recording: Recording, rate_hz: float) -> Estimate:
-        body = {"body": body_of(recording)} if own_body else {}
-        result = run_recording(recording, filter, settings=settings | body, smooth=smooth)
+        own: dict[str, Any] = {"body": body_of(recording)} if own_body else {}
+        if own_sensor:
+            own |= sensor_of(recording)
+        result = run_recording(recording, filter, settings=settings | own, smooth=smooth)
         return Estimate(result.q_nb, result.sigma_rad, None, result.ready)
 
     def time_us(recording: Recording, rate_hz: float) -> float:

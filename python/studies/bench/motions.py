@@ -165,6 +165,26 @@ def motions(seeds: Iterable[int]) -> list[Recording]:
     return [motion(kind, seed) for kind in KINDS for seed in seeds]
 
 
+SENSOR = {
+    "gyro_noise_rad_per_sqrt_s": "gyro_noise_rad_per_sqrt_s",
+    "gyro_rate_noise_sqrt_s": "gyro_rate_noise_sqrt_s",
+    "gyro_bias_walk_rad_s_per_sqrt_s": "gyro_bias_walk_rad_s_per_sqrt_s",
+    "start_sigma_bias_rad_s": "start_sigma_gyro_bias_rad_s",
+    "start_sigma_gyro_scale": "start_sigma_gyro_scale",
+    "start_sigma_gyro_misalignment_rad": "gyro_scale",
+    "start_sigma_accel_bias_m_s2": "start_sigma_accel_bias_m_s2",
+}
+"""Options of the AHRS that a datasheet states, and the entries of a preset of the INS, by which `real` makes the samples."""
+
+
+def sensor_of(recording: Recording) -> dict[str, float]:
+    """The datasheet of its sensors as options; none for recordings that are not simulated here."""
+    if kind_of(recording) not in KINDS:
+        return {}
+    grade = Options("ins", GRADES[0])
+    return {option: getattr(grade, entry) for option, entry in SENSOR.items()}
+
+
 def kind_of(recording: Recording) -> str:
     return recording.name.partition(" ")[0]
 

@@ -2,6 +2,7 @@
 
     ./run study ins --starts 200 [--kinds car,aircraft,ship,straight,take_off,quadrotor,walker] [--grade industrial] [--workers 2] [--seed 1]
     ./run study ins --gyrocompass --starts 200
+    ./run study ins --tilt --starts 60
     ./run study ins --flight FOLDER
     ./run study ins --smooth --starts 100 [--kinds car,aircraft,ship] [--grade industrial]
 
@@ -20,6 +21,9 @@ half times the horizontal field, soft iron, steel beside the way, for one start 
 
 With --gyrocompass: bodies at rest with a given position and no aids: on a base that sways by millimetres (rest) or by a centimetre
 (swaying, an option of their filters), that vibrates as beside an engine, and ten degrees from the pole (polar).
+
+With --tilt: the squared normalised error of the tilt over the time, of trains, which stand, then gain speed and brake for up to a minute
+each with few and wide bends, and of quadrotors that hover for up to a minute before they fly, by sensors of every grade.
 
 With --smooth: what hindsight brings, in starts with half a minute without satellites from 90 s on. z2 is the mean of the squared
 normalised errors, 1 when they are as large as stated.

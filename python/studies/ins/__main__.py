@@ -18,6 +18,7 @@ from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study, titled_table, tracked
 from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
+from studies.ins import tilt as tilted
 from studies.ins.conditions import CONDITIONS
 from studies.ins.experiment import DURATIONS_S, KINDS, Figures, experiment, figures
 from studies.ins.flight import JUDGED_S, STARTS, Flight
@@ -49,6 +50,9 @@ def command(
     smooth: Annotated[
         bool, typer.Option("--smooth", help="the smoother beside the filter instead, with half a minute without satellites")
     ] = False,
+    tilt: Annotated[
+        bool, typer.Option("--tilt", help="the tilt of trains and of quadrotors that hover first, by every grade, instead")
+    ] = False,
     gyrocompass: Annotated[
         bool, typer.Option("--gyrocompass", help="bodies at rest that find north by the rate of the Earth instead")
     ] = False,
@@ -76,6 +80,9 @@ def command(
         return
     if smooth:
         show(hindsight_table(chosen, grade, runs, seed, workers), width=200)
+        return
+    if tilt:
+        show(tilt_table(runs, seed, workers), width=150)
         return
     if gyrocompass:
         show(north_table(runs, seed, workers), width=120)
@@ -139,6 +146,18 @@ def north_table(runs: int, seed: int, workers: int) -> Table:
             kind, grade, f"{f.ready} of {f.runs}", after(f.median_s), str(f.false), f"{f.rms_end:.3g} deg", f"{f.stated_end:.3g} deg",
             f"{f.heading_z2:.2f}", f"{due:.3g} deg", f"{f.rms_end / due:.2f}",
         )  # fmt: skip
+    return out
+
+
+def tilt_table(runs: int, seed: int, workers: int) -> Table:
+    """A row for each kind and grade."""
+    title = f"{runs} starts each, seed {seed}: z2 of the tilt, so long after it is found"
+    times = " | ".join(f"{after_s:g} s" for after_s in tilted.AFTER_S)
+    out = titled_table(title, "kind | grade", f"{times} | all rows | falsely ready")
+    for kind, grade in product(tilted.KINDS, INS_PRESETS):
+        of = list(tilted.tilts(kind, grade, runs, seed, workers))
+        z2 = [*np.mean([one.z2 for one in of], axis=0), np.mean([one.mean_z2 for one in of])]
+        out.add_row(kind, grade, *(f"{value:.2f}" for value in z2), f"{100 * np.nanmean([one.false_share for one in of]):.2f} %")
     return out
 
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
+from hnav.native.arrays import Array, BoolArray
 from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 from studies.ins.conditions import CONDITIONS
@@ -21,7 +22,7 @@ from studies.processes import in_order
 
 DURATIONS_S = {
     "car": 150.0, "aircraft": 150.0, "ship": 150.0,
-    "straight": 100.0, "take_off": 100.0, "quadrotor": 120.0, "walker": 60.0,
+    "straight": 100.0, "take_off": 100.0, "train": 400.0, "quadrotor": 120.0, "hover": 240.0, "walker": 60.0,
     **dict.fromkeys(AT_REST, 600.0),
 }  # fmt: skip
 KINDS = tuple(DURATIONS_S)
@@ -99,9 +100,14 @@ def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> fl
     """Mean of the two squared normalised errors of the tilt in a row of the run; NaN where it has none."""
     if i >= len(rows) or not np.isfinite(run.q_nb[i]).all():
         return np.nan
-    down_e = earth.axes_at(run.place[i])[:, 2]
-    down = Rotation.from_quat(run.q_nb[i], scalar_first=True).apply(truth.attitude_e[rows[i]].inv().apply(down_e))
-    return float(np.mean((down[[1, 0]] / run.sigma_rotation_rad[i, :2]) ** 2))
+    return float(np.mean((tilt_errors(run, truth, rows, i) / run.sigma_rotation_rad[i, :2]) ** 2))
+
+
+def tilt_errors(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], of: int | BoolArray) -> Array:
+    """Errors about north and east, in rad, of some rows of the run that have an attitude."""
+    down_e = earth.axes_at(run.place[of])[..., 2]
+    shown: Array = Rotation.from_quat(run.q_nb[of], scalar_first=True).apply(truth.attitude_e[rows[of]].inv().apply(down_e))
+    return shown[..., [1, 0]]
 
 
 def experiment(

@@ -42,7 +42,7 @@ class Fixes:
 
 
 WAYS = (
-    Fixes("as cameras tell it: 2 cm, 20 a second", 20.0, 0.02, 0.1),
+    Fixes("optical accuracy: 2 cm, 20 a second", 20.0, 0.02, 0.1),
     Fixes("as satellites do: 1.5 m, 5 a second", 5.0, 1.5, 0.1),
     Fixes("the same, and the magnetometer", 5.0, 1.5, 0.1, with_field=True),
 )

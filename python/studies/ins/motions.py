@@ -115,22 +115,45 @@ def take_off(rng: np.random.Generator, t: Array) -> Motion:
     return _along(speed, _course(rng, 9.8 * np.tan(bank) / np.maximum(speed, 20)), climb, bank, pitch)
 
 
-def quadrotor(rng: np.random.Generator, t: Array) -> Motion:
-    """Hovers in wind, moves slowly at random, and turns about its thrust at random."""
+def train(rng: np.random.Generator, t: Array) -> Motion:
+    """Stands, gains speed for up to a minute, and brakes as long, on straight track with wide, canted bends and gentle gradients."""
+    n, white = len(t), RATE_HZ**0.5
+    begin, gain = WARM_S + rng.uniform(5, 30), np.zeros(len(t))
+    while begin < t[-1]:
+        size, length, cruise = rng.uniform(0.3, 0.7), rng.uniform(30, 60), rng.uniform(30, 60)
+        gain[(t >= begin) & (t < begin + length)] = size
+        gain[(t >= begin + length + cruise) & (t < begin + 2 * length + cruise)] = -size
+        begin += 2 * length + cruise + rng.uniform(20, 40)
+    speed = np.maximum(np.cumsum(smooth(gain, 2 * RATE_HZ)) / RATE_HZ, 0)
+    across = smooth(stairs(rng, t, lambda: rng.choice([0.0, 0, 1, -1]) * rng.uniform(0.2, 0.8), (20, 40)), 5 * RATE_HZ)
+    across *= np.minimum(1, speed / 10)
+    roll = rng.uniform(-0.05, 0.05) + 0.6 * across / 9.8 + smooth(0.002 * rng.standard_normal(n) * white, RATE_HZ)
+    climb = smooth(stairs(rng, t, lambda: rng.uniform(-0.01, 0.01), (20, 60)), 5 * RATE_HZ)
+    pitch = rng.uniform(-0.05, 0.05) + climb + smooth(0.001 * rng.standard_normal(n) * white, RATE_HZ)
+    return _along(speed, _course(rng, across / np.maximum(speed, 10)), climb, roll, pitch)
+
+
+def quadrotor(rng: np.random.Generator, t: Array, flies: Array | float = 1.0) -> Motion:
+    """Hovers in wind, moves slowly at random, and turns about its thrust at random. flies: 0 where it hovers only."""
     n, white = len(t), RATE_HZ**0.5
     fastest, hovers = rng.uniform(0.5, 6), rng.choice([0.3, 0.6, 0.9])
-    ways = [stairs(rng, t, lambda: (rng.random() > hovers) * rng.uniform(-fastest, fastest), (3, 10)) for _ in "ne"]
-    ways.append(stairs(rng, t, lambda: (rng.random() > 0.7) * rng.uniform(-1, 1), (3, 10)))
+    ways = [flies * stairs(rng, t, lambda: (rng.random() > hovers) * rng.uniform(-fastest, fastest), (3, 10)) for _ in "ne"]
+    ways.append(flies * stairs(rng, t, lambda: (rng.random() > 0.7) * rng.uniform(-1, 1), (3, 10)))
     gusts = [smooth(0.1 * rng.standard_normal(n) * white, RATE_HZ) for _ in "ned"]
     velocity = np.stack([smooth(way, 4 * RATE_HZ // 5) + gust for way, gust in zip(ways, gusts)], 1)
     wind = np.stack([smooth(0.1 * rng.standard_normal(n) * white, RATE_HZ) for _ in "ned"], 1)
     thrust = np.gradient(velocity, 1 / RATE_HZ, axis=0) - [0, 0, 9.8] + wind
-    turns = stairs(rng, t, lambda: (rng.random() > 0.6) * rng.uniform(-0.6, 0.6), (2, 8))
+    turns = flies * stairs(rng, t, lambda: (rng.random() > 0.6) * rng.uniform(-0.6, 0.6), (2, 8))
     yaw = _course(rng, smooth(turns, RATE_HZ // 2))
     down = -thrust / np.linalg.norm(thrust, axis=1)[:, None]
     right = np.cross(down, np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], 1))
     right /= np.linalg.norm(right, axis=1)[:, None]
     return velocity, Rotation.from_matrix(np.stack([np.cross(right, down), right, down], 2))
+
+
+def hover(rng: np.random.Generator, t: Array) -> Motion:
+    """A quadrotor that hovers for up to a minute, then flies."""
+    return quadrotor(rng, t, np.where(t > WARM_S + rng.uniform(30, 60), 1.0, 0.0))
 
 
 def walker(rng: np.random.Generator, t: Array) -> Motion:
@@ -183,6 +206,8 @@ MOTIONS: dict[str, Callable[[np.random.Generator, Array], Motion]] = {
     "vibrating": partial(rest, vibration_m_s2=0.2),
     "straight": straight,
     "take_off": take_off,
+    "train": train,
     "quadrotor": quadrotor,
+    "hover": hover,
     "walker": walker,
 }

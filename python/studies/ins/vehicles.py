@@ -52,8 +52,8 @@ def latitude_at_rest(kind: str) -> float:
     return float(np.radians(80.0 if kind == "polar" else 45.0))
 
 
-VIBRATION = {"quadrotor": (0.05, 3.0)}
-"""What of it samples show as white noise, at the most: rad/s and m/s2 of each axis."""
+VIBRATION = dict.fromkeys(("quadrotor", "hover"), (0.05, 3.0))
+"""What of it samples show, at the most: rad/s and m/s2 of each axis."""
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,13 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magneto
     axes = earth.axes_at(place)
     truth = Truth(t, earth.position_of(place) + d @ axes.T, velocity @ axes.T, Rotation.from_matrix(axes @ attitude.as_matrix()))
     rate, force = ideal(truth)
-    rate, force = real(rng, rate, force, Options("ins", grade))
+    sensors = Options("ins", grade)
+    rate, force = real(rng, rate, force, sensors)
     if kind in VIBRATION:
         share = rng.uniform(0.1, 1)
-        rate, force = (y + share * size * rng.standard_normal(y.shape) for y, size in zip((rate, force), VIBRATION[kind]))
+        rate, force = (
+            y + share * size * shaken(rng, y.shape, sensors.vibration_share) for y, size in zip((rate, force), VIBRATION[kind])
+        )
     begin = int(WARM_S * RATE_HZ)
     aids = satellites(rng, truth, begin, receiver(kind)) if kind not in AT_REST else Aids()
     kept = slice(begin, None)
@@ -170,6 +173,15 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) ->
         + noise(grade.gyro_noise_rad_per_sqrt_s, grade.start_sigma_gyro_bias_rad_s, grade.gyro_bias_walk_rad_s_per_sqrt_s),
         force + noise(grade.accel_noise_m_s_per_sqrt_s, grade.start_sigma_accel_bias_m_s2, grade.accel_bias_walk_m_s2_per_sqrt_s),
     )
+
+
+def shaken(rng: np.random.Generator, shape: tuple[int, ...], white: float) -> Array:
+    """Noise of variance 1, of which this share is white; the rest, of sensors that integrate, leaves nothing in the sum of samples.
+    0: the sensor is on dampers, and there is none."""
+    noise: Array = np.sqrt(white) * rng.standard_normal(shape)
+    if 0 < white < 1:
+        noise += np.sqrt((1 - white) / 2) * np.diff(rng.standard_normal((shape[0] + 1, *shape[1:])), axis=0)
+    return noise
 
 
 def satellites(rng: np.random.Generator, truth: Truth, begin: int, of: Receiver) -> Aids:

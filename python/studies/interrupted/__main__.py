@@ -167,9 +167,7 @@ def command(
     show(table(done))
     for trial in done:
         equal = f"{trial.resumed_equal} of {trial.resumed}"
-        say(
-            f"{trial.command.name}: the same command again after a kill gives the bytes of one that was not killed, {equal} times"
-        )
+        say(f"{trial.command.name}: after a kill the repeated command gives the bytes of an uninterrupted one, {equal} times")
     faults = [fault for trial in done for fault in trial.faults]
     for fault in faults:
         say(f"fault: {fault}")

@@ -2,6 +2,7 @@
 
     ./run mutants                          all of them: which were killed, by which test, which survive
     ./run mutants --only hybrid/           those of one folder or file
+    ./run mutants --only ins --draw 1      30 others of a room
 
 Sources of hybrid, attitude, maths and ins_error are copied to build/mutants, and every mutant is put behind a switch there:
 the environment variable HMUT holds the number of the active mutant, so that all of them cost one build. A parser (tree-sitter)

@@ -98,9 +98,10 @@ def command(
         ),
     ] = "",
     everything: Annotated[bool, typer.Option("--all", help="Lists every mutant, not only those that live")] = False,
+    draw: Annotated[int, typer.Option(min=0, help="number of the choice: another number, other mutants")] = 0,
 ) -> None:
     """Prints a table of the rooms and the mutants that live; the exit status is 1 when less than 90 % are killed."""
-    mutants = chosen(CHECKOUT, COUNT_OF_ROOM, (only,)) if only in ROOMS else chosen(CHECKOUT, COUNT)
+    mutants = chosen(CHECKOUT, COUNT_OF_ROOM, (only,), draw) if only in ROOMS else chosen(CHECKOUT, COUNT, draw=draw)
     wanted = mutants if only in ROOMS else asked_for(mutants, only)
     build = Build(CHECKOUT / "build" / "mutants")
     write_copy(CHECKOUT, build.source, mutants)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import zlib
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -27,22 +28,29 @@ def sources(checkout: Path, rooms: Iterable[str]) -> list[str]:
     )
 
 
-def chosen(checkout: Path, count: int, rooms: Iterable[str] = ROOMS) -> list[Mutant]:
-    """About so many of all that these rooms have: of each file in proportion to the root of what it offers, at least one."""
+def chosen(checkout: Path, count: int, rooms: Iterable[str] = ROOMS, draw: int = 0) -> list[Mutant]:
+    """About so many of all that these rooms have: of each file in proportion to the root of what it offers, at least one.
+
+    draw: another number, other mutants.
+    """
     offered = {path: mutants_of(path, (checkout / "c_src" / path).read_bytes()) for path in sources(checkout, rooms)}
     scale = count / sum(math.sqrt(len(all_of)) for all_of in offered.values())
     return [
-        mutant for all_of in offered.values() for mutant in sample(all_of, math.ceil(scale * math.sqrt(len(all_of)) - 0.5) or 1)
+        mutant
+        for all_of in offered.values()
+        for mutant in sample(all_of, math.ceil(scale * math.sqrt(len(all_of)) - 0.5) or 1, draw)
     ]
 
 
-def sample(mutants: list[Mutant], count: int) -> list[Mutant]:
-    """The first of each kind by their names, then the second of each, until there are so many; in the order of the text."""
+def sample(mutants: list[Mutant], count: int, draw: int = 0) -> list[Mutant]:
+    """The first of each kind by their names, permuted by draw, then the second of each, until there are so many; in the
+    order of the text."""
     by_kind: dict[str, int] = {}
-    ranks: dict[str, tuple[int, str]] = {}
-    for mutant in sorted(mutants, key=lambda m: m.name):
+    ranks: dict[str, tuple[int, int]] = {}
+    permutation = zlib.crc32(str(draw).encode()) if draw else 0
+    for place, mutant in enumerate(sorted(mutants, key=lambda m: int(m.name, 16) ^ permutation)):
         by_kind[mutant.kind] = by_kind.get(mutant.kind, 0) + 1
-        ranks[mutant.name] = (by_kind[mutant.kind], mutant.name)
+        ranks[mutant.name] = (by_kind[mutant.kind], place)
     return sorted(sorted(mutants, key=lambda m: ranks[m.name])[:count], key=lambda m: m.begin)
 
 

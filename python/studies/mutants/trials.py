@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import resource
@@ -17,12 +18,15 @@ from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.mutants.mutated_copy import SWITCH
 
-# Laws in Python: the filters beside those of the NumPy reference, and what holds for every filter.
+# Laws in Python: the filters beside those of the NumPy reference, what holds for every filter, and FMUs, which C++ tests do not have.
 PYTHON_LAWS = (
     "python_tests/filters/test_attitude.py", "python_tests/filters/test_health.py",
     "python_tests/filters/test_ins.py", "python_tests/filters/test_ins_error_filter.py", "python_tests/filters/test_ins_field.py",
     "python_tests/filters/test_ins_smoother.py", "python_tests/reference/test_hrekf.py", "python_tests/reference/test_ins_error.py",
     "python_tests/reference/test_ins_twin.py",
+    "python_tests/observer/test_bounds.py", "python_tests/observer/test_fmu_events.py", "python_tests/observer/test_fmu_plants.py",
+    "python_tests/observer/test_live_plants.py", "python_tests/observer/test_plants_without_answers.py",
+    "python_tests/observer/test_robust_law.py", "python_tests/observer/test_sigma_points.py",
 )  # fmt: skip
 # It compiles the attitude filters once more.
 LEFT_OUT = {"test_single_precision"}
@@ -56,7 +60,7 @@ class Build:
         configure = [
             "cmake", "-S", str(self.source), "-B", str(self.binary), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
             f"-DCMAKE_CXX_FLAGS={flags}", "-DHNAV_BUILD_BENCH=OFF", "-DHNAV_BUILD_EXAMPLES=OFF",
-            f"-DHNAV_SUNDIALS_SOURCE={sundials_source()}",
+            f"-DHNAV_SUNDIALS_SOURCE={sundials_source()}", f"-DHNAV_FMI_HEADERS={fmi_headers()}",
         ]  # fmt: skip
         for step in (configure, ["cmake", "--build", str(self.binary), "-j1", "--target", *self.targets()]):
             done = subprocess.run(step, capture_output=True, text=True, check=False)
@@ -94,6 +98,12 @@ class Build:
 def sundials_source() -> Path | str:
     given = os.environ.get("HNAV_SUNDIALS_SOURCE")
     return given or next((CHECKOUT / "build/sundials/source").glob("sundials-*"), "")
+
+
+def fmi_headers() -> Path | str:
+    """Without them the library has no plants of FMUs."""
+    found = importlib.util.find_spec("fmpy")
+    return Path(str(found.origin)).parent / "c-code" if found else ""
 
 
 def gtest_names(program: Path) -> list[str]:

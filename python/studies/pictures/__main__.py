@@ -50,13 +50,14 @@ def draw_report() -> plots.Figure:
     """The errors of the turntable's filters in their bands, the field false for a while."""
     run = simulate("turntable", scenario=TURNTABLE_SCENARIO, seed=TURNTABLE_SEED)
     recommended_first = {**run.about, "components": sorted(run.components, key=lambda name: name != "ahrs")}
-    return figure_of(replace(run, about=recommended_first), draw_error)
+    return figure_of(replace(run, about=recommended_first), draw_error, width_px=1000)
 
 
 def draw_aircraft() -> plots.Figure:
-    """A flight with a fault; the channels that it is in come first."""
+    """A flight with a fault: the first channel with it and the first without."""
     flight = [channel for channel in channels(simulate("aircraft", seed=AIRCRAFT_SEED)) if channel.aircraft == AIRCRAFT]
-    return draw_flight(sorted(flight, key=lambda channel: not channel.fault.any()))
+    faulty, healthy = ([c for c in flight if c.fault.any() == fault] for fault in (True, False))
+    return draw_flight([faulty[0], healthy[0]])
 
 
 FROM_RECORDINGS: dict[str, Callable[[Path], Picture]] = {

@@ -7,6 +7,7 @@ corrects its Gaussian, which starts with the moments of the uniform distribution
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import rc_context
 
 from hnav.reports import plots
 
@@ -41,22 +42,23 @@ def density(alpha: np.ndarray, m: np.ndarray, S: np.ndarray) -> np.ndarray:
 
 
 def draw_circle() -> plots.Figure:
-    """The Gaussian of u with its 1-sigma ellipse, and the density of the heading; 1600 x 560 pixels."""
+    """The Gaussian of u with its 1-sigma ellipse, and the density of the heading; 1200 x 620 pixels."""
     alpha = np.linspace(-np.pi, np.pi, 720, endpoint=False)
     circle = np.stack([np.cos(alpha), np.sin(alpha)])
-    with plots.styled():
-        fig = plots.figure(1600, 560)
-        plane, line = fig.subplots(1, 2, width_ratios=(1, 2.2))
-        plane.plot(*circle, color="#999999", lw=1)
+    with plots.styled(), rc_context(plots.LARGE_TEXT):
+        fig = plots.figure(1200, 620)
+        plane, line = fig.subplots(1, 2, width_ratios=(1, 1.15))
+        plane.plot(*circle, color="black", lw=1, ls=":", label="|u| = 1")
         for number, (m, S), colour in zip(FIXES, posteriors(), ("#999999", *plots.AXIS_COLOURS)):
             plane.plot(*(m[:, None] + np.linalg.cholesky(S) @ circle), color=colour)
             line.plot(np.degrees(alpha), density(alpha, m, S), color=colour, label=f"{number} fixes")
-        plane.plot(np.cos(HEADING_RAD), np.sin(HEADING_RAD), "k+", ms=10)
-        line.axvline(np.degrees(HEADING_RAD), color="black", lw=0.8)
-        plane.set(xlabel="u₁ = cos α", ylabel="u₂ = sin α", xlim=(-1.5, 1.5), ylim=(-1.5, 1.5), aspect="equal")
-        line.set(xlabel="α / deg", ylabel="density / (1/rad)", xlim=(-180, 180), xticks=np.arange(-180, 181, 60))
-        plane.set_title("1-sigma ellipse of u")
+        plane.plot(np.cos(HEADING_RAD), np.sin(HEADING_RAD), "k+", ms=14, mew=2, label="truth")
+        line.axvline(np.degrees(HEADING_RAD), color="black", lw=1, label="truth")
+        plane.set(xlabel="u₁ = cos α", ylabel="u₂ = sin α", xlim=(-1.15, 1.15), ylim=(-1.15, 1.15), aspect="equal")
+        line.set(xlabel="heading α / deg", ylabel="density / (1/rad)", xlim=(-180, 180), xticks=np.arange(-180, 181, 90))
+        plane.set_title("1σ ellipse of u")
         line.set_title("Density of the heading")
-        plots.legend_above(line)
-        fig.tight_layout(w_pad=3.0)
+        plots.legend_above(plane)
+        line.legend(loc="upper left", handlelength=1.4)
+        fig.tight_layout(w_pad=1.5)
     return fig

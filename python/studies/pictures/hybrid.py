@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context
 
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
@@ -74,12 +75,14 @@ def corrections_deg(zoom: Zoom) -> np.ndarray:
 
 
 def draw_hybrid(broad: Path) -> plots.Figure:
-    """The picture, 1600 x 560 pixels, from the BROAD trials in a folder."""
+    """The picture, 1200 x 1000 pixels, from the BROAD trials in a folder."""
     zoom = look_between(read(find_trial(broad, TRIAL)), ZOOM_BEGIN_S, ZOOM_S, {"navigation_frame": "enu"})
-    with plots.styled():
-        fig = plots.figure(1600, 560)
-        draw_zoom(list(fig.subplots(1, 2)), zoom)
-        fig.tight_layout(w_pad=3.0)
+    with plots.styled(), rc_context(plots.LARGE_TEXT):
+        fig = plots.figure(1200, 1000)
+        axes = list(fig.subplots(2, 1, sharex=True))
+        draw_zoom(axes, zoom)
+        fig.align_ylabels(axes)
+        fig.tight_layout(h_pad=1.0)
     return fig
 
 
@@ -99,10 +102,9 @@ def draw_zoom(axes: list[plots.Axes], zoom: Zoom) -> None:
         for column, colour in enumerate(plots.AXIS_COLOURS):
             panel.plot(t_ms, lines[:, column], color=colour, label=f"about {names[column]}")
             panel.plot(t_ms[zoom.after_jump], lines[zoom.after_jump, column], "o", color=colour, ms=3)
-        plots.legend_above(panel)
-    axes[0].set_title("Jumps: turned by samples")
+    plots.legend_above(axes[0])
+    axes[0].set_title("Rotation by the corrections")
     axes[0].set_ylabel("rotation / (0.001 deg)")
-    axes[1].set_title("σ: flows up, jumps down")
+    axes[1].set_title("σ grows between samples and falls at each")
     axes[1].set_ylabel("σ less its mean / (0.001 deg)")
-    for panel in axes:
-        panel.set_xlabel(f"time after {zoom.t_s[0]:.3f} s / ms (grey lines: samples)")
+    axes[-1].set_xlabel(f"time after {zoom.t_s[0]:.3f} s / ms (grey lines: samples)")

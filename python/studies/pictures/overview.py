@@ -35,7 +35,7 @@ def draw_overview(broad: Path) -> plots.Figure:
     """The picture, 1200 x 900 pixels, from the BROAD trials in a folder."""
     recording = read(find_trial(broad, TRIAL))
     run = filtered(recording)
-    with plots.styled(), rc_context({"font.size": 15, "axes.titlesize": 15, "legend.fontsize": 14}):
+    with plots.styled(), rc_context(plots.LARGE_TEXT):
         fig = plots.figure(1200, 900)
         axes = list(fig.subplots(3, 1, sharex=True, height_ratios=[1.5, 1, 1]))
         draw_against_truth(axes, recording, run)

@@ -37,7 +37,7 @@ def command(
     seeds: Annotated[int, typer.Option(min=1, help="Recordings without a fault, of each motion")] = 100,
     workers: Workers = WORKERS,
 ) -> None:
-    """Tells how often the checks of recordings alarm falsely, and which faults they name."""
+    """Counts the false alarms of the checks of recordings, and the faults that they find."""
     trials = [read(path) for path in find_trials(folder).values()] if folder else []
     alarms = dict(false_alarms(seeds, workers))
     if trials:

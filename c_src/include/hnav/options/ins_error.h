@@ -78,11 +78,11 @@ typedef struct hnav_ins_error_options {
      * (0, 0.1], default 1e-4. Below that of the process: channels suspect together then mean the process. */
     double joint_fault_probability;
     /* joint: probability per step that a faulty channel recovers.
-     * (0, 0.1], default 1.5e-3. Faults last: some hundred steps. At a third of this an alarm ends 0.2 s later than that of
-     * hmm, at twice this NEES grows. */
+     * (0, 0.1], default 2e-3. That of hmm: faults last some hundred steps. At 5e-4 an alarm ends 0.3 s later than that of
+     * hmm, at 3e-3 NEES grows. */
     double joint_recovery_probability;
     /* joint: probability that one sample of a healthy channel is an outlier.
-     * [0, 0.1], default 0.03. A sample far off is no fault that lasts: a channel with 5 % outliers stays healthy. */
+     * [0, 0.1], default 0.025. A sample far off is no fault that lasts: a channel with 5 % outliers stays healthy. */
     double joint_outlier_probability;
     /* joint: probability per step that the coloured error of a channel jumps.
      * [0, 0.1], default 1.5e-4. A jump that stays is certain after some five samples. */

@@ -10,7 +10,7 @@ ROLES = {
     "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
     "pressure_pa": "pressure", "speed_m_s": "velocity", "received_s": "time",
 }  # fmt: skip
-"""What may stand in a column, and the quantity that it is."""
+"""Possible contents of a column, and the quantity of each."""
 
 PER = {
     "angle": {"deg": 1.0, "rad": 57.29577951308232, "1e7deg": 1e-7},
@@ -19,7 +19,7 @@ PER = {
     "pressure": {"Pa": 1.0, "hPa": 100.0, "kPa": 1000.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
 }
-"""Units of each quantity as what one of them is of the first, which is taken unless the name says another."""
+"""Units of each quantity as factors to the first, which is assumed unless the name states another."""
 
 _SPELLED = {
     "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7"},
@@ -68,7 +68,7 @@ _FILLERS = {
     "ublox",
     "ubx",
 }
-# Alone these are too short, or too common, to be sure.
+# These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = {
     "velocity",
     "vel",
@@ -113,7 +113,7 @@ def aid_column(name: str) -> AidColumn | None:
 
 
 def _of_role(role: str, stated: str, behind: str, sure: bool) -> AidColumn | None:
-    """stated: the unit in brackets; behind: what follows the name, which can only be a unit."""
+    """stated: the unit in brackets; behind: the rest of the name, which can only be a unit."""
     quantity = ROLES[role.lstrip("-")]
     unit = aid_unit(quantity, stated) or aid_unit(quantity, behind)
     if (behind and not aid_unit(quantity, behind)) or (stated and not unit) or not (sure or unit):

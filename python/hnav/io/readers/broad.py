@@ -21,7 +21,7 @@ TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 
 
 def find_trials(folder: str | Path) -> dict[int, Path]:
-    """Trial number to file, for all BROAD trials below the folder; HDF5 before MAT, which hold the same numbers."""
+    """Trial number to file, for all BROAD trials below the folder; HDF5 is preferred to MAT, which has the same numbers."""
     if not Path(folder).is_dir():
         raise RecordingError(f"{folder}: no such folder")
     found: dict[int, Path] = {}
@@ -53,7 +53,7 @@ def is_broad(path: Path, head: bytes) -> bool:
 
 
 def read_broad(path: Path, wishes: Wishes) -> Raw:
-    """One trial. The field is in microtesla there, and rows are at equal intervals."""
+    """One trial. Its field is in microtesla, and its rows are at equal intervals."""
     contents = _contents(path)
     if contents is None:
         return read_mat_variables(path, wishes)

@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterable, Iterator
 
 BLANKS = " "
-"""The delimiter of cells that are parted by blanks, as many as there are."""
+"""The delimiter of cells that are separated by any number of blanks."""
 DELIMITERS = (",", ";", "\t", "|", BLANKS)
 MISSING = frozenset({"", "na", "n/a", "#n/a", "<na>", "nan", "null", "none", "-", "--", "unavailable", "unknown"})
-"""Cells that hold no number, in small letters."""
+"""Cells without a number, in small letters."""
 _MINUS = dict.fromkeys(map(ord, "−–"), "-")
 """Characters that word processors and spreadsheets use for a minus."""
 _EXPONENT = r"(?:[eE][-+]?\d+)?"
@@ -40,7 +40,7 @@ def number_of(cell: str, decimal: str = ".") -> float:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is one, with a point or a comma before its decimals."""
+    """Whether a cell is a number, with a point or a comma as its decimal mark."""
     try:
         float(cell.strip().replace(",", "."))
     except ValueError:
@@ -49,7 +49,9 @@ def is_number(cell: str) -> bool:
 
 
 def decimal_mark(delimiter: str, rows: Iterable[str]) -> str:
-    """Of these rows: a comma where cells have it before their decimals and none has a point; of 1.234,5 the last mark is it."""
+    """The decimal mark of these rows: a comma if cells have decimals after a comma and none has a point; in 1.234,5 it is the
+    last mark.
+    """
     commas = points = False
     for row in cells_of(rows, delimiter):
         for cell in row:

@@ -1,4 +1,4 @@
-"""Times of rows: their unit where the file leaves it unsaid, and stamps that are wrong."""
+"""Times of rows: their unit if the file does not state it, and corrections of wrong stamps."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from hnav.io.recordings import Unit
 SINCE_1970 = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 """As seconds 1e11 would be the year 5138, as milliseconds 1973."""
 USUAL_INTERVAL_S = (4e-4, 0.11)
-"""Between samples of inertial sensors; as it spans less than a factor of 1000, one unit at most fits."""
+"""Range of intervals between samples of inertial sensors; it spans less than a factor of 1000, so at most one unit fits."""
 SURELY_NOT_SECONDS = 2.0
 MOST_WRONG = 0.02
 """Share of the time stamps that may be wrong; with more, they cannot be corrected."""
 FEWEST_WRONG = 3
 FEWEST_ROWS = 8  # needed for the usual interval
 LONGEST_RUN = 50
-"""Rows of one stamp: a clock of 1 s at 50 Hz."""
+"""Rows with one stamp: a clock of 1 s at 50 Hz."""
 NEIGHBOURS = 3.5
-"""Intervals between the stamps before and after a wrong one: two, with room for jitter."""
+"""Usual intervals between the stamps before and after a wrong one: two, with tolerance for jitter."""
 MENDED = "clock: "
-"""What notes about mended times begin with."""
+"""Beginning of notes about corrected times."""
 
 
 def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:
-    """The unit of times that were taken for seconds, by their intervals or their size; None where these do not decide.
+    """The unit of times without a stated unit, by their intervals or their size; None where these do not decide.
 
     Seconds in a header are accepted unless the year would be beyond 5000.
     """
@@ -81,7 +81,7 @@ def _filled(t_s: np.ndarray) -> tuple[np.ndarray | None, int]:
 
 
 def _spread(t_s: np.ndarray) -> np.ndarray | None:
-    """Rows of one stamp at equal steps to the next stamp; None where a run is too long to be a coarse clock."""
+    """Spreads rows with one stamp evenly to the next stamp; None if a run is too long for a coarse clock."""
     begins = np.flatnonzero(np.concatenate([[True], np.diff(t_s) != 0]))
     lengths = np.diff(np.append(begins, len(t_s)))
     if len(begins) < 3 or lengths.max() > LONGEST_RUN:
@@ -95,7 +95,7 @@ def _spread(t_s: np.ndarray) -> np.ndarray | None:
 
 
 def _between_neighbours(t_s: np.ndarray, usual_s: float) -> tuple[np.ndarray, int]:
-    """Single stamps outside of those before and after, which fit each other."""
+    """Single stamps outside the interval of their neighbours, which fit each other."""
     around = t_s[2:] - t_s[:-2]
     outside = (t_s[1:-1] <= t_s[:-2]) | (t_s[1:-1] >= t_s[2:])
     wrong = outside & (around > 0) & (around < NEIGHBOURS * usual_s)

@@ -14,7 +14,7 @@ from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, s
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
-"""Roles of a table that has all that a filter needs."""
+"""Roles of a table with all samples that a filter needs."""
 
 
 def _words(text: str) -> frozenset[str]:
@@ -37,7 +37,7 @@ NOT_READ = _words(
 FILLERS = _words(
     "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
-# Of an accelerometer of wide range beside one of low noise (Shimmer), the one of low noise.
+# Prefers the low-noise accelerometer to that of wide range beside it (Shimmer).
 WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2, "lin": 2}
 BY_UNIT_ALONE = 3
 """The rank of a column that only its unit identifies."""
@@ -49,9 +49,9 @@ QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
 """By the first letter of a role."""
 
 OF_APPLE = ["accelerometer", "acceleration"]
-"""accelerometerAccelerationX of SensorLog: Apple's accelerometers give the opposite of the force."""
+"""accelerometerAccelerationX of SensorLog: Apple's accelerometers measure the negative specific force."""
 DESCRIBED = FILLERS - {"raw"} | _words("left right front back body frame axis x y z hand foot leg arm head chest")
-"""What may stand in brackets behind a name, and is no unit."""
+"""Texts in brackets after a name that are no units."""
 
 TIME_STEMS = _words(
     "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
@@ -64,7 +64,7 @@ TIME_FILLERS = _words(
 OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
 OF_A_SENSOR = 3
-"""The rank of times that are called after a sensor."""
+"""The rank of times named after a sensor."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class Column:
     """The content of a column."""
 
     role: str
-    """One of CSV_COLUMNS, or of ROLES of what aids navigation."""
+    """One of CSV_COLUMNS, or of the ROLES of aiding samples."""
     name: str
-    """As it stands in the file."""
+    """The name in the file."""
     place: int
     unit: str | None = None
     rank: int = 0
@@ -85,17 +85,17 @@ class Column:
 
     @property
     def aids(self) -> bool:
-        """Whether inertial and magnetic sensors can do without it."""
+        """Whether it is of an aiding sensor, so that others can do without it."""
         return self.role in ROLES
 
     @property
     def factor(self) -> float:
-        """Of what aids navigation: to the first unit of its quantity, with the sign."""
+        """For aiding samples: factor to the first unit of the quantity, with the sign."""
         return self.sign * (PER[ROLES[self.role]][self.unit] if self.unit else 1.0)
 
 
 def with_unit(column: Column, text: str) -> Column:
-    """The column in the unit that a text names, if it does."""
+    """This column with the unit named by a text, if it names one."""
     if column.aids:
         return replace(column, unit=aid_unit(ROLES[column.role], text))
     spelled = spelled_unit(QUANTITY_OF[column.role[0]], text)
@@ -103,7 +103,9 @@ def with_unit(column: Column, text: str) -> Column:
 
 
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
-    """What a column of this name holds; sensor: of a file that holds only its samples, whose axes may be called x, y and z."""
+    """The content of a column with this name; sensor: of a file with samples of one sensor, whose axes may be called x, y and
+    z.
+    """
     return None if len(name.strip()) > LONGEST_NAME else _column_of(name, place, sensor)
 
 
@@ -126,7 +128,7 @@ def _without_accents(text: str) -> str:
 
 
 def _split(text: str) -> tuple[str, str, str | None]:
-    """Name, unit in brackets, axis that an index in brackets stands for."""
+    """Name, unit in brackets, and the axis for which an index in brackets stands."""
     if match := re.fullmatch(r"(.*?)\[([012])\]", text):
         return match.group(1), "", "xyz"[int(match.group(2))]
     if match := re.fullmatch(r"([^(\[]*?)\s*[\(\[](.*)[\)\]]\s*", text):
@@ -144,12 +146,12 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
     named = named[1:] if of_sensor else named
     if not (tokens and (rest or found) and TIME_STEMS.issuperset(named)):
         return None
-    # A date alone is no time where there is a time beside it.
+    # A date alone is not used as the time beside another column of times.
     return Column("t_s", name, place, found, rank=OF_A_SENSOR if of_sensor else 0 if found else 2 if named == ["date"] else 1)
 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
-    """What is left of t_ms, millis and seconds_elapsed without the unit, and the unit."""
+    """The words of t_ms, millis and seconds_elapsed without the unit, and the unit."""
     if tokens and tokens not in (["s"], ["h"], ["min"]) and (spelled := spelled_unit("time", tokens[-1])):
         return tokens[:-1], spelled
     if len(tokens) > 1 and tokens[1] in TIME_FILLERS and (spelled := spelled_unit("time", tokens[0])):
@@ -173,7 +175,7 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     if after and not spelled and not sensor:
         return None
     strange = "" if spelled else _strange_unit([unit, *counts])
-    # Linear is without gravity of a phone; of ROS it is the whole.
+    # "Linear" means without gravity on a phone, but with gravity in ROS.
     rank += -including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
     sign = -1.0 if [*before] == OF_APPLE else 1.0
     return Column(found[0] + axis, name, place, spelled, rank, sign, strange)
@@ -186,23 +188,23 @@ def _words_around_axis(tokens: list[str], sensor: str | None) -> tuple[list[str]
 
 
 def _without_counts(words: list[str]) -> tuple[list[str], list[str]]:
-    """What is left of the words behind an axis, and those that say that its numbers are counts of a chip."""
+    """The remaining words after an axis, and those that mean counts of a chip."""
     words = [word for word in words if word not in FILLERS]
     return [word for word in words if not is_counts(word)], [word for word in words if is_counts(word)]
 
 
 def _first_spelled(sensor: str, *texts: str | None) -> str | None:
-    """The unit that the first of these that is one spells."""
+    """The unit spelled by the first of these texts that is a unit."""
     return next(filter(None, (spelled_unit(sensor, text) for text in texts if text)), None)
 
 
 def _strange_unit(texts: list[str]) -> str:
-    """The first that may be a unit, and is not known; empty when none is."""
+    """The first text that may be an unknown unit; empty if there is none."""
     return next((text for text in texts if may_be_unit(text) and text.lower() not in DESCRIBED), "")
 
 
 def _without_gravity_said(tokens: list[str]) -> tuple[list[str], bool]:
-    """accelerationIncludingGravity of browsers is the whole force, and goes before their acceleration."""
+    """accelerationIncludingGravity of browsers is the specific force; it is preferred to their acceleration."""
     said = tokens[1:3] == ["including", "gravity"]
     return ([tokens[0], *tokens[3:]] if said else tokens), said
 
@@ -223,7 +225,7 @@ def _around_axis(tokens: list[str]) -> tuple[list[str], str | None, list[str]]:
 
 
 def _sensor_of(tokens: list[str], sensor: str | None) -> tuple[str | None, str]:
-    """The sensor, and the words behind its name that are a unit."""
+    """The sensor, and the words after its name that are a unit."""
     if not tokens:
         return sensor, ""
     if tokens in (["gf"], ["g", "f"]):
@@ -265,7 +267,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
 
 
 def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
-    """The times that stand before each sensor, where several columns of times are called alike or after sensors."""
+    """The column of times before each sensor, if several have the same name or are named after sensors."""
     first, found = chosen.get("t_s"), {}
     alike = [
         c for c in times if first and c.rank == first.rank and (c.rank == OF_A_SENSOR or c.name.strip() == first.name.strip())
@@ -278,7 +280,7 @@ def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[st
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
-    """The columns that may be each role. read: what is read of the names."""
+    """The candidate columns of each role. read: the parsed names."""
     found: dict[str, list[Column]] = {}
     for place, (name, text) in enumerate(zip(names, read)):
         if name.strip() and (column := column_of(text, place, sensor)):
@@ -305,7 +307,7 @@ def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:
     filled = [name for name in names if name.strip()]
     if len(filled) < len(WHOLE):
         return names
-    # What the first and the last by the alphabet begin with, all of them do.
+    # A prefix of the first and the last name in alphabetical order is a prefix of all.
     common = itertools.takewhile(lambda pair: pair[0] == pair[1], zip(min(filled), max(filled)))
     words = re.match(r".*[_./ ]", "".join(letter for letter, _ in common))
     return [name.removeprefix(words.group()) for name in names] if words else names

@@ -21,7 +21,7 @@ from hnav.io.recordings import ARRAYS, RecordingError
 
 DATAFLASH = b"\xa3\x95"
 ARDUPILOT = {"gyro": ("Gyr", "rad/s"), "accel": ("Acc", "m/s2"), "mag": ("Mag", "mG")}
-# The first message that a log has is taken: of the first instance, filtered before raw.
+# The first message type that a log has is taken, of its first instance; filtered before raw.
 MESSAGES = {"gyro": ("IMU", "GYR", "GYR1"), "accel": ("IMU", "ACC", "ACC1"), "mag": ("MAG",)}
 AIDS = ("GPS", "GPA", "BARO")
 FIX_3D = 3
@@ -75,7 +75,7 @@ def _stream(rows: dict[str, list[dict[str, Any]]], sensor: str, wishes: Wishes) 
 
 
 def _satellites(rows: dict[str, list[dict[str, Any]]]) -> dict[str, AidSamples]:
-    """GPS holds position and velocity, GPA with the same time their accuracy."""
+    """GPS has position and velocity, GPA of the same time their accuracy."""
     gps = [row for row in rows.get("GPS", ()) if row.get("Status", 0) >= FIX_3D]
     if not gps:
         return {}

@@ -1,4 +1,4 @@
-"""The list of formats. Each is recognised by the first bytes of a file or the members of a folder."""
+"""The list of formats. Each is recognised by the first bytes of a file or by the members of a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings of several named tables, each with times of its own: messages of a log, variables of a file, records by sensor."""
+"""Recordings of several named tables, each with its own times: messages of a log, variables of a file, records by sensor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def raw_of_frames(
     by_format: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> Raw:
-    """As raw_of_tables, of data frames. units: what stands beside them, by quantity. Raises RecordingError."""
+    """Like raw_of_tables, for data frames. units: stated outside the tables, by quantity. Raises RecordingError."""
     frames = {name: frame for name, frame in frames.items() if len(frame)}
     tables = {name: table for name, frame in frames.items() if (table := _table(shown, name, frame, wishes, units or {}))}
     return raw_of_tables(shown, tables, {name: list(frame.columns) for name, frame in frames.items()}, wishes, format, by_format)
@@ -44,8 +44,9 @@ def raw_of_tables(
     format: str,
     by_format: Mapping[str, str] | None = None,
 ) -> Raw:
-    """One table that has all, else the best table of each sensor, by its columns or its name. there: the names of the columns of every
-    table, also of those without a sensor. Raises RecordingError."""
+    """One table with all sensors, else the best table of each sensor, by its columns or its name. there: the names of the
+    columns of every table, also of those without a sensor. Raises RecordingError.
+    """
     by_format = by_format or {}
     whole = max(tables.values(), key=lambda table: len(table.columns), default=None)
     if whole is not None and (len(there) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:
@@ -59,7 +60,7 @@ def raw_of_tables(
 
 
 def _refuse_missing(shown: str, tables: Mapping[str, Sequence[object]], found: set[str]) -> None:
-    """Raises RecordingError, with the tables and columns that there are, where gyroscope or accelerometer are not."""
+    """Raises RecordingError, with the existing tables and columns, if the gyroscope or the accelerometer is missing."""
     if missing := [sensor for sensor in ("gyro", "accel") if sensor not in found]:
         there = ", ".join(f"{name} ({', '.join(map(str, names[:8]))})" for name, names in list(tables.items())[:SHOWN])
         raise RecordingError(f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {CURE}")
@@ -69,7 +70,7 @@ CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz,
 
 
 def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes, units: Mapping[str, str]) -> Table | None:
-    """The table, if it has a column that is known; its axes may be called x, y and z, where its name is that of a sensor."""
+    """The table, if it has a recognised column; its axes may be called x, y and z if its name is that of a sensor."""
     if sensor_named(name) is not None:
         # accelerometer: x, y, z and accel_x, accel_y, accel_z are both usual.
         plain = {column: f"{name}_{column}" for column in frame.columns if str(column).lower() in ("x", "y", "z")}
@@ -90,7 +91,7 @@ def sensor_named(name: str) -> str | None:
 
 
 def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
-    """With the sensors and aids that it lacks, each of the table with most of its samples."""
+    """Adds the missing sensors and aids, each from the table with most of its samples."""
     streams, aids, notes, unit = list(raw.streams), dict(raw.aids), list(raw.notes), raw.time_unit
     for sensor in ARRAYS:
         having = {name: table for name, table in tables.items() if sensor[0] + "x" in table.columns}
@@ -126,12 +127,12 @@ def _aids(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]
     alone = replace(wishes, only_aids=True)
     try:
         return aids_in(table.columns, table.values, times_of(shown, table, alone, by_format)[0])
-    except RecordingError:  # satellites without a time: the rest is no worse for it
+    except RecordingError:  # satellites without a time do not invalidate the rest
         return {}
 
 
 def numbers(column: Any) -> Any:
-    """A column of texts that are all numbers as numbers; another as it is."""
+    """A column of texts converted to numbers if all are numbers; another unchanged."""
     import pandas
 
     if pandas.api.types.is_numeric_dtype(column):

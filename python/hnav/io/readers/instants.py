@@ -28,7 +28,7 @@ def is_instant(cell: str) -> bool:
 
 
 def seconds_of(at: str, name: str, cells: np.ndarray) -> np.ndarray:
-    """Of instants since 1970 in UTC, of a clock since its first midnight. Raises RecordingError."""
+    """Instants in s since 1970 in UTC, or times of day since the first midnight. Raises RecordingError."""
     import pandas as pd
 
     texts = pd.Series(cells)
@@ -64,7 +64,7 @@ def _by_clock(texts: pd.Series[str]) -> np.ndarray:
 
 
 def _days(dates: np.ndarray) -> np.ndarray:
-    """Since 1970. Where points part them the day is first, where slashes do it is the month, unless there are not so many."""
+    """A date as seconds since 1970. Separated by points the day is first; by slashes the month, unless it exceeds 12."""
     import pandas as pd
 
     first = re.match(r"\d{1,2}(?=\D)", str(dates[0]))

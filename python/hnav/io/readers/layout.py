@@ -13,17 +13,17 @@ from hnav.io.readers.columns import columns_of
 from hnav.io.readers.unit_names import is_unit
 from hnav.io.recordings import RecordingError
 
-HEADER_WITHIN = 1000  # lines, of which those that begin with a number are none
+HEADER_WITHIN = 1000  # lines without a leading number
 COMMENT = "/#% "
 NUMBER_FIRST = re.compile(r"\s*[-+]?\d+([.,]\d*)?([eE][-+]?\d+)?\s*[,;\t| ]")
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the header of a table stands, and how cells are parted."""
+    """The position of the header of a table, and its delimiter."""
 
     line: int
-    """Of the header, from 0; -1: there is none."""
+    """Line of the header, from 0; -1: there is none."""
     names: list[str]
     delimiter: str
     decimal: str = "."
@@ -100,7 +100,7 @@ def _cells(shown: str, line: str, delimiter: str) -> list[str]:
 
 
 def _fits(names: list[str], below: list[str]) -> bool:
-    """Whether the line below holds a number for each name: else it is prose whose words only look like names."""
+    """Whether the line below has a number for each name; otherwise the header is prose with words like names."""
     cells = next((line.split() for line in below if line.strip()), [])
     return len(cells) == len(names) and all(map(is_number, cells))
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 PROBE_ROWS = 200
-LEAST_SHARE = 0.4  # of the first rows that are of a known sensor: others may be of a barometer, satellites, a battery
+LEAST_SHARE = 0.4  # share of the first rows that name a known sensor: others may be of a barometer, satellites, a battery
 SHOWN_CHARACTERS = 40
 SENSORS = CSV_COLUMNS[1:]
 AXIS_BEHIND = re.compile(r"(?:.*[^a-z])?(?:v|val|value|axis|data)?([xyz0-3])")
@@ -47,13 +47,13 @@ class Plan:
     delimiter: str
     decimal: str
     kind: int
-    """The place of the names of sensors."""
+    """Position of the sensor name."""
     time: int | None
     values: tuple[int, ...]
     """Positions of x, y and z; or the position of the axis that the name states."""
     unit: int | None
     header: Sequence[str]
-    """Empty where there is none."""
+    """Empty if there is none."""
 
 
 def is_long_table(path: Path, head: bytes) -> bool:
@@ -105,7 +105,7 @@ def _plan_of_rows(rows: Sequence[Sequence[str]], delimiter: str, lines: Sequence
 
 
 def _plan_of_samples(samples: Sequence[Sequence[str]], plan: Plan) -> Plan | None:
-    """The plan with the places of times, values and units."""
+    """Adds the positions of times, values and units to the plan."""
     header, kind = plan.header, plan.kind
     places = [place for place in range(Counter(map(len, samples)).most_common(1)[0][0]) if place != kind]
     numeric = [place for place in places if _are_numbers(samples, place)]
@@ -119,14 +119,14 @@ def _plan_of_samples(samples: Sequence[Sequence[str]], plan: Plan) -> Plan | Non
 
 
 def _are_sensors(sensors: Sequence[str]) -> bool:
-    """Whether the cells of a column name sensors often enough; single letters, which may be flags or units, must name both."""
+    """Whether enough cells of a column name sensors; single letters, which may be flags or units, must name both."""
     found = [sensor.lower() for sensor in sensors if sensor]
     single = all(len(sensor) == 1 for sensor in found)
     return len(found) >= max(2, LEAST_SHARE * len(sensors)) and (not single or {"g", "a"} <= {*found})
 
 
 def _sensors(rows: Sequence[Sequence[str]], place: int) -> list[str]:
-    """The names of sensors that stand there, empty where none does."""
+    """The names of sensors in a column, empty if there are none."""
     return [row[place] if place < len(row) and is_sensor(row[place]) else "" for row in rows]
 
 
@@ -161,7 +161,7 @@ def _is_of_units(header: Sequence[str], rows: Sequence[Sequence[str]], place: in
 
 
 def _place_of_time(header: Sequence[str], rows: Sequence[Sequence[str]], numeric: Sequence[int], kind: int) -> int | None:
-    """By the header; without one instants, or the first number where there are more than an axis or three."""
+    """By the header; without one instants, or the first number if more than one or three numbers remain."""
     if (column := _known(header).get("t_s")) is not None:
         return column.place
     for place in range(len(rows[0])):
@@ -171,7 +171,9 @@ def _place_of_time(header: Sequence[str], rows: Sequence[Sequence[str]], numeric
 
 
 def _places_of_values(header: Sequence[str], numeric: Sequence[int], kind: int) -> tuple[int, ...]:
-    """x, y and z by the ends of their names; else the first three numbers behind the name of the sensor, or the one."""
+    """x, y and z by the ends of their names; otherwise the first three numbers, or the only one, after the name of the
+    sensor.
+    """
     ends = {place: AXIS_BEHIND.fullmatch(header[place].strip().lower()) for place in numeric if place < len(header)}
     for axes in ("xyz", "012", "123"):
         found = [next((place for place, end in ends.items() if end and end.group(1) == axis), None) for axis in axes]
@@ -185,7 +187,9 @@ def _places_of_values(header: Sequence[str], numeric: Sequence[int], kind: int) 
 
 
 def _rows_by_name(shown: str, text: str, plan: Plan) -> tuple[dict[str, list[Row]], list[str]]:
-    """The rows of each sensor by its name, and what was left out. Raises RecordingError for a row that is too short."""
+    """The rows of each sensor by its name, and the numbers of ignored rows. Raises RecordingError for a row that is too
+    short.
+    """
     found: dict[str, list[Row]] = {}
     other = dict.fromkeys(["", plan.header[plan.kind].strip() if plan.header else ""])
     needed, cut = max(plan.kind, plan.time or 0, *plan.values) + 1, None
@@ -214,8 +218,9 @@ def _cells(shown: str, text: str, delimiter: str) -> Iterator[list[str]]:
 
 
 def _frame(shown: str, sensor: str, rows: Sequence[Row], plan: Plan, names: Sequence[str]) -> pd.DataFrame:
-    """Values under these names, times, and units, which may stand in brackets behind the name of the sensor too. Raises RecordingError
-    for what is no number."""
+    """Values under these names, times, and units, which may also stand in brackets after the name of the sensor. Raises
+    RecordingError for a cell without a number.
+    """
     import pandas
 
     columns: dict[str, object] = {}
@@ -247,7 +252,7 @@ def _numbers(shown: str, rows: Sequence[Row], place: int, plan: Plan) -> np.ndar
 
 
 def _joined(shown: str, rows: dict[str, list[Row]], plan: Plan) -> dict[str, pd.DataFrame]:
-    """Axes of one sensor side by side, at the times that all of them have."""
+    """Axes of one sensor side by side, at their common times."""
     joined: dict[str, pd.DataFrame] = {}
     for name, of_axis in rows.items():
         role = str(getattr(column_of(name, 0), "role", ""))
