@@ -233,6 +233,7 @@ private:
     // steps.cpp
     static void begin_steps(State& s, Covariance& P, int window, double now_s);
     static void note_steps(State& s, const Measurement& m, const Correction& c);
+    void take_steps(State& s, Covariance& P, int window, const Steps<may_step>& found, double now_s) const;
     void admit_steps(State& s, Covariance& P, double now_s) const;
 
     // correct_NAME.cpp; velocity and position are both in correct_satellites.cpp
