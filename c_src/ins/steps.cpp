@@ -41,7 +41,7 @@ void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     // 1e-4. While the heading is searched, errors of the linearisation add to the evidence: with 40 ships lose the heading (23 of 100 ready
     // instead of 24, 3.9 deg instead of 2.1), without the law a quadrotor is falsely ready for 36 % of the time after a step of the force of
     // 2 m/s2 (28 %).
-    constexpr double angle_rad = 0.05, gyro_rad_s = 0.02, accel_m_s2 = 2, window_s = 20, limit = 18, limit_free = 80;
+    constexpr double angle_rad = 0.05, gyro_rad_s = 0.02, accel_m_s2 = 1, window_s = 20, limit = 18, limit_free = 80;
     constexpr double sigmas[may_step] = {angle_rad,  angle_rad,  angle_rad,  gyro_rad_s, gyro_rad_s,
                                          gyro_rad_s, accel_m_s2, accel_m_s2, accel_m_s2};
     if (std::isnan(s.steps_since_s[0]))

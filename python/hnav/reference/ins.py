@@ -5,7 +5,7 @@
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
 
-Without rest, gates (but for the memory of the field), lever arms, and what needs the start from any heading: of that c_src/ins is the only
+Without rest, gates (but for the memory of the field), steps, lever arms, and what needs the start from any heading: of that c_src/ins is the only
 description.
 """
 
@@ -84,32 +84,6 @@ class Consistency:
         self.last = r, t_s
 
 
-class Constancy:
-    """Whether almost constant states move by more than the information allows; c_src/estimation/constancy.hpp."""
-
-    MEMORY_S, LIMIT = 20.0, 4.0
-    LARGEST = np.array([0.05] * 3 + [3.0] * 3)
-    """Of the gyroscope and accelerometer biases, in rad/s and m/s2."""
-    SMALLEST = np.array([earth.RATE_RAD_S] * 3 + [0.0] * 3)
-    """A wrong heading moves a bias of the gyroscopes by the rate of the Earth at most."""
-    ROWS = np.arange(9, 15)
-
-    def __init__(self) -> None:
-        self.moved, self.due2 = np.zeros(6), np.zeros(6)
-
-    def excess(self, change: Array, taken: Array, variance: Array, interval_s: float) -> Array:
-        """After a correction that changed the states, and took so much of their variance: the variance that they have more."""
-        kept = np.exp(-interval_s / self.MEMORY_S)
-        self.moved = kept * self.moved + change
-        self.due2 = kept**2 * self.due2 + np.maximum(0, taken)
-        found = (self.moved**2 > self.LIMIT**2 * self.due2) & (self.LARGEST**2 * self.due2 > variance**2)
-        step = np.divide(variance * self.moved, self.due2, out=np.zeros(6), where=found)
-        found &= np.abs(step) > self.SMALLEST
-        self.moved, self.due2 = np.where(found, 0, self.moved), np.where(found, 0, self.due2)
-        more: Array = np.where(found, np.clip(self.LARGEST**2 - variance, 0, step**2), 0)
-        return more
-
-
 class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
@@ -128,7 +102,7 @@ class InsReference:
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)
         self.turned_b = np.zeros(3)
-        self.velocity_fit, self.position_fit, self.constancy = Consistency(), Consistency(), Constancy()
+        self.velocity_fit, self.position_fit = Consistency(), Consistency()
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
@@ -360,7 +334,6 @@ class InsReference:
         if field_b is not None and not self.field_unit > 0:
             self.begin_field(field_b)
         self.clear_window()
-        before, variance = self.almost_constant(), self.P[Constancy.ROWS, Constancy.ROWS]
         if velocity_n is not None and place is not None:
             tau, a = self.latency, self.recent_acceleration
             H, noise = self.late(a)
@@ -376,16 +349,9 @@ class InsReference:
             self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit)
         if field_b is not None:
             self.correct_field(field_b)
-        now = self.P[Constancy.ROWS, Constancy.ROWS]
-        more = self.constancy.excess(self.almost_constant() - before, variance - now, now, self.t_s - self.corrected_s)
-        self.P[Constancy.ROWS, Constancy.ROWS] += more
         self.turn_biases()
         self.put_gravity()
         self.corrected_s = self.t_s
-
-    def almost_constant(self) -> Array:
-        """The states of Constancy."""
-        return np.concatenate([self.gyro_bias, self.accel_bias])
 
     def turn_biases(self) -> None:
         """Their information stays in the axes T while corrections turn the attitude."""
