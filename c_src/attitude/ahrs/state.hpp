@@ -113,6 +113,9 @@ struct AhrsState {
     std::uint64_t gated[channel_count];
     std::uint64_t corrections, gamma_raised, repaired;
     StillField<R> still_field;
+    LastingMotion<R> lasting;
+    VehicleTilt<R> vehicle_tilt; // of an unknown body, for readiness only
+    TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     R rests; // 1: the last correction was at rest
     std::uint64_t verdict; // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
@@ -131,9 +134,6 @@ struct AhrsState {
     R swept_velocity[2]; // change of the velocity by an interval of latency
     RestDetector<R> rest;
     MotionNoise<R> motion;
-    LastingMotion<R> lasting;
-    VehicleTilt<R> vehicle_tilt; // of an unknown body, for readiness only
-    TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     SensorCheck<R> check[heading];
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     R velocity_down; // since the last correction
