@@ -109,7 +109,8 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         return;
     }
     if (is_absolute(m)) note_steps(s, m, c);
-    for (int i = 0; m.channel == ins::rest && is_absolute(m) && i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
+    if (is_absolute(m) && m.channel == ins::rest)
+        for (int i = 0; i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
     if (is_free(s)) take_free(s, prior, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);

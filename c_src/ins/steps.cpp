@@ -49,8 +49,7 @@ void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     if (!has_judged(s)) return;
     for (int w = 0; w < step_windows; ++w) {
         const Steps<may_step> found(s.steps[w], sigmas);
-        if (!(found.twice_log_ratio() > (is_free(s) ? limit_free : limit))) continue;
-        return take_steps(s, P, w, found, now_s);
+        if (found.twice_log_ratio() > (is_free(s) ? limit_free : limit)) return take_steps(s, P, w, found, now_s);
     }
     const int older = s.steps_since_s[0] < s.steps_since_s[1] ? 0 : 1;
     if (has_passed(now_s - s.steps_since_s[1 - older], window_s / step_windows)) begin_steps(s, P, older, now_s);

@@ -1,6 +1,7 @@
 #include "observer/derivative_proof.hpp"
 
 #include "base/hash.hpp"
+#include "maths/finite.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,12 +36,6 @@ struct Place {
         return {t_s, X, u, X + problem.moving};
     }
 };
-
-bool finite(const double* values, int count) {
-    for (int i = 0; i < count; ++i)
-        if (!std::isfinite(values[i])) return false;
-    return true;
-}
 
 bool answers_at_start(Plant& plant, const Problem& problem, const Point& start, double* values, Refusal& why) {
     for (const Function f : {Function::derivatives, Function::outputs}) {
@@ -96,7 +91,7 @@ void prove_dependencies(Plant& plant, const Place& place, Linearisation& lineari
         double worst = 0;
         for (int k = 0; k <= points; ++k) {
             const Point at = place.at(start_s, k);
-            if (plant.evaluate(Function::derivatives, at, of.values) != Answer::ok || !finite(of.values, problem.n) ||
+            if (plant.evaluate(Function::derivatives, at, of.values) != Answer::ok || !all_finite(of.values, problem.n) ||
                 linearisation.differences(plant, Function::derivatives, v, at, of.measured) != Answer::ok)
                 continue;
             for (int i = 0; i < problem.n; ++i)
@@ -156,7 +151,7 @@ bool prove(Plant& plant, const Problem& problem, Linearisation& linearisation, d
             double worst = 0;
             for (int k = 0; k <= points; ++k) {
                 const Point at = place.at(start_s, k);
-                if (plant.evaluate(f, at, values) != Answer::ok || !finite(values, problem.sizes.rows(f)) ||
+                if (plant.evaluate(f, at, values) != Answer::ok || !all_finite(values, problem.sizes.rows(f)) ||
                     linearisation.differences(plant, f, v, at, measured) != Answer::ok)
                     continue;
                 std::fill_n(claimed, matrix, std::nan(""));

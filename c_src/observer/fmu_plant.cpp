@@ -91,6 +91,9 @@ bool FmuPlant::start(Refusal& why) {
     return running_;
 }
 
+// By what was said last; always false.
+bool FmuPlant::refuse(Refusal& why) const { return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_); }
+
 bool FmuPlant::initialise(Refusal& why) {
     Answer done = Answer::ok;
     t_s_ = start_s_;
@@ -105,7 +108,7 @@ bool FmuPlant::initialise(Refusal& why) {
     // The FMU's present values serve for inputs without a sample and parameters that are not estimated.
     done = fmi_->get(plan_.input, sizes.inputs, inputs_);
     if (done == Answer::ok) done = fmi_->get(plan_.parameter, sizes.parameters, parameters_);
-    if (keep(done, "get") != Answer::ok) return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    if (keep(done, "get") != Answer::ok) return refuse(why);
     return by_steps() ? begin_steps(why) : begin_events(why);
 }
 
@@ -138,7 +141,7 @@ bool FmuPlant::take_memory(Refusal& why) {
     sizes.memory = before_memory() + memory_.numbers();
     held_ = static_cast<double*>(take_block(sizes.memory * sizeof(double)));
     if (!held_) return why.refuse(Refusal::plant, "no memory for a plant");
-    return remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    return remember(held_) == Answer::ok || refuse(why);
 }
 
 bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
@@ -261,12 +264,11 @@ bool FmuPlant::restart() {
 // One instance exists at a time: some FMUs lose events while there are two. The instance of the derivative check is freed before
 // another is made; an FMU with one instance for each process keeps it.
 bool FmuPlant::go_to_start(Refusal& why) {
-    if (plan_.once || plan_.never_freed)
-        return recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    if (plan_.once || plan_.never_freed) return recall(held_) == Answer::ok || refuse(why);
     free_instance();
     running_ = false;
     has_gone_on_ = false;
-    return start(why) && (remember(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_));
+    return start(why) && (remember(held_) == Answer::ok || refuse(why));
 }
 
 // ------------------------------------------------------------------------------------------------ Co-Simulation
@@ -283,8 +285,7 @@ bool FmuPlant::begin_steps(Refusal& why) {
             plan_.identifier);
     if (!take_memory(why)) return false;
     double x[max_estimated], after[max_estimated];
-    if (keep(fmi_->get(plan_.state, sizes.states, x), "reading its states") != Answer::ok)
-        return why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_);
+    if (keep(fmi_->get(plan_.state, sizes.states, x), "reading its states") != Answer::ok) return refuse(why);
     const Point start{start_s_, x, inputs_, parameters_};
     if (place(start) != Answer::ok)
         return why.refuse(
@@ -293,8 +294,7 @@ bool FmuPlant::begin_steps(Refusal& why) {
             plan_.identifier, said_);
     if (step(start, plan_.step_s, after) != Answer::ok)
         return why.refuse(Refusal::plant, "%s makes no step: %s", plan_.identifier, said_);
-    return sensors_follow(x, after, why) && states_follow(x, after, why) &&
-           (recall(held_) == Answer::ok || why.refuse(Refusal::plant, "%s: %s", plan_.identifier, said_));
+    return sensors_follow(x, after, why) && states_follow(x, after, why) && (recall(held_) == Answer::ok || refuse(why));
 }
 
 // A step from other states has another end.

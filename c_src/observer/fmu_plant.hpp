@@ -47,6 +47,7 @@ private:
     bool load(const char* folder, Refusal& why);
     bool start(Refusal& why);
     bool restart();
+    bool refuse(Refusal& why) const;
     bool initialise(Refusal& why);
     Answer begin_continuous_time();
     bool take_starts(Plan& plan, Refusal& why);

@@ -6,6 +6,7 @@
 // each variance by itself: the path may curve, so that correlations along a straight one would let a sensor of one state correct the
 // others. An event that was not passed may have changed a state by its whole value. A correction into a region where the plant fails
 // ends before that region.
+#include "maths/finite.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -87,7 +88,7 @@ bool Model::answers(const State& s, const double* X) const {
     double* dx = work_->slope_here;
     const Point here = point_of(s, s.x()[layout().t], X);
     if (plant_->evaluate(Function::derivatives, here, dx) != Answer::ok) return false;
-    return std::all_of(dx, dx + p.n, [](double value) { return std::isfinite(value); });
+    return all_finite(dx, p.n);
 }
 
 // From the corrected X back towards the predicted one, as far as necessary; P grows by the difference.

@@ -1,18 +1,13 @@
 #include "observer/linearisation.hpp"
 
+#include "maths/finite.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
 
 namespace hnav::observer {
-namespace {
-
-bool finite(const double* values, int count) {
-    return std::all_of(values, values + count, [](double v) { return std::isfinite(v); });
-}
-
-} // namespace
 
 Linearisation::Linearisation(Arena& arena, const Problem& problem)
     : problem_(problem),
@@ -48,7 +43,7 @@ Linearisation::Answers Linearisation::linearise(Plant& plant, Function function,
     if (at_points(plant, function, at, values, J, &answers)) return answers;
     answers.values = answers.jacobian = plant.evaluate(function, at, values);
     if (answers.values != Answer::ok) return answers;
-    const bool any = finite(values, problem_.sizes.rows(function));
+    const bool any = all_finite(values, problem_.sizes.rows(function));
     answers.jacobian = any ? jacobian(plant, function, at, J) : Answer::elsewhere;
     return answers;
 }
@@ -69,7 +64,8 @@ Answer Linearisation::jacobian(Plant& plant, Function function, const Point& at,
 
 // Of outputs that are states.
 void Linearisation::add_units(Plant& plant, Function function, double* J) const {
-    for (int i = 0; function == Function::outputs && i < problem_.sensors; ++i) {
+    if (function != Function::outputs) return;
+    for (int i = 0; i < problem_.sensors; ++i) {
         const int state = plant.state_of_output(i);
         if (state < 0) continue;
         std::fill_n(J + i * problem_.N, problem_.N, 0.0);
@@ -117,11 +113,11 @@ bool Linearisation::at_points(Plant& plant, Function function, const Point& at, 
         const int groups = std::min(most, all - first);
         if (!evaluate_points(plant, function, at, first, groups)) return false;
         if (first == 0) std::copy_n(point_values_, rows, values);
-        if (!finite(values, rows)) {
+        if (!all_finite(values, rows)) {
             answers->jacobian = Answer::elsewhere;
             return true;
         }
-        if (!finite(point_values_ + rows, 2 * groups * rows)) return false;
+        if (!all_finite(point_values_ + rows, 2 * groups * rows)) return false;
         const double* up = point_values_ + rows;
         for (int g = first; g < first + groups; ++g, up += 2 * rows)
             for (const int j : columns_of(function, g)) {
@@ -213,7 +209,7 @@ Answer Linearisation::column(Plant& plant, const Moved& moved, int j, double* J)
 
 Answer Linearisation::evaluate(Plant& plant, const Moved& moved, double* values) const {
     const Answer answer = plant.evaluate(moved.function, moved.at, values);
-    return answer == Answer::ok && !finite(values, moved.rows) ? Answer::elsewhere : answer;
+    return answer == Answer::ok && !all_finite(values, moved.rows) ? Answer::elsewhere : answer;
 }
 
 void Linearisation::put(const Moved& moved, int j, const double* up, const double* down, double width, double* J) const {

@@ -1,6 +1,7 @@
 #include "observer/observer_model.hpp"
 
 #include "estimation/truncation.hpp"
+#include "maths/finite.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -108,8 +109,7 @@ bool Model::plausible(const State& s) const {
 
 // Whether the plant returned finite numbers; keeps the failure otherwise.
 bool Model::ask(Answer answer, Function function, double t_s, const double* values, int count) const {
-    bool fine = answer == Answer::ok;
-    for (int i = 0; fine && i < count; ++i) fine = std::isfinite(values[i]);
+    const bool fine = answer == Answer::ok && all_finite(values, count);
     if (!fine) {
         *trouble_ = {true, function, answer, t_s, ""};
         std::snprintf(trouble_->said, sizeof trouble_->said, "%s", plant_->said());
@@ -146,8 +146,7 @@ Point Model::point_of(const State& s, double t_s, const double* X) const {
 int Model::flow(const State& s, const double* x, double* dx, const Piece& piece) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    for (int i = 0; i < p.moving; ++i)
-        if (!std::isfinite(x[i])) return int(Answer::elsewhere);
+    if (!all_finite(x, p.moving)) return int(Answer::elsewhere);
     const Point here = point(s, piece.part ? piece.part : s.x(), x);
     Linearisation::Answers answer{};
     if (piece.alone) answer.values = plant_->evaluate(Function::derivatives, here, dx);

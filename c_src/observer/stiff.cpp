@@ -2,6 +2,7 @@
 // exponential of A, frozen in the middle of each quarter. Decayed modes are zero for any step, which no explicit method
 // achieves.
 #include "hybrid/stiff_solver.hpp"
+#include "maths/finite.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -60,8 +61,7 @@ int Model::StiffRun::jacobian(const void* context, double s, const double* x, do
 // Slopes of the moving numbers, or their derivatives by each other; A of the workspace is by all of X.
 int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const {
     const Problem& p = *problem_;
-    for (int i = 0; i < p.moving; ++i)
-        if (!std::isfinite(x[i])) return int(Answer::elsewhere);
+    if (!all_finite(x, p.moving)) return int(Answer::elsewhere);
     double* X = work_->slope_here;
     std::copy_n(x, p.moving, X);
     std::copy_n(run.part + layout().parameters, p.sizes.parameters, X + p.moving);

@@ -149,6 +149,17 @@ inline ins::State started_at(const ins::Model& model, const Truth& truth, double
     return s;
 }
 
+// Flows over nine samples from 0, without a correction.
+inline void flow_uncorrected(const ins::Model& model, const Truth& truth, ins::State& s) {
+    for (int k = 1; k <= 9; ++k) {
+        const ins::Event e = truth.at(0.01 * k);
+        model.before_flow(s, e);
+        model.flow_exactly(s, 0.01);
+        s.last_correction_s = 0.01 * k; // no correction yet
+        model.jump(s, e);
+    }
+}
+
 struct Flight {
     Navigator filter;
 

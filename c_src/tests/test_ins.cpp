@@ -176,13 +176,7 @@ TEST(InsCovariance, TheTransitionIsTheDerivativeOfTheFlow) {
         ins::quat(s.seen_q) = ins::quat(s.x + 6);
         for (double& p : s.P) p = 0;
         for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i == row ? 1 : 0;
-        for (int k = 1; k <= 9; ++k) {
-            const ins::Event e = truth.at(0.01 * k);
-            model.before_flow(s, e);
-            model.flow_exactly(s, 0.01);
-            s.last_correction_s = 0.01 * k; // no correction yet
-            model.jump(s, e);
-        }
+        flow_uncorrected(model, truth, s);
         return s;
     };
     const ins::State base = flown(0, 0);

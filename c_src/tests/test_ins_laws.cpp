@@ -137,13 +137,7 @@ TEST(InsCovariance, TheTransitionOfAnUnknownHeadingIsTheDerivativeOfTheFlow) {
         const double h = earth::rate_rad_s * std::hypot(s.axes[6], s.axes[7]);
         s.earth_rate[0] = h * s.u[0];
         s.earth_rate[1] = -h * s.u[1];
-        for (int k = 1; k <= 9; ++k) {
-            const ins::Event e = truth.at(0.01 * k);
-            model.before_flow(s, e);
-            model.flow_exactly(s, 0.01);
-            s.last_correction_s = 0.01 * k; // no correction yet
-            model.jump(s, e);
-        }
+        flow_uncorrected(model, truth, s);
         return s;
     };
     ins::Step step;
