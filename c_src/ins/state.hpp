@@ -154,7 +154,8 @@ struct State {
     double response[errors * responses]; // of the error to unit steps at the begin of the windows, row by row
     StepEvidence<may_step> steps[step_windows];
     double steps_since_s[step_windows]; // begin of the windows; NaN: they begin at the next correction
-    std::uint64_t seldom_changes; // counts changes of P and response
+    Innovation innovation[channel_count];
+    std::uint64_t seldom_changes; // counts changes of P and of what follows it: only corrections and starts make them
     double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
@@ -205,7 +206,6 @@ struct State {
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // information about the heading, by channel
     double heading_since_s; // the sigma of the heading has been below its limit since; NaN: it is above
-    Innovation innovation[channel_count];
     std::uint64_t used[channel_count], inflated[channel_count];
     std::uint64_t times_lost, corrections;
     std::uint64_t gap_too_long, first_was_wrong;
