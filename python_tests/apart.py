@@ -174,7 +174,7 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "mat with units": mat,
     "hdf5 with units": hdf5,
 }
-"""What writes a file of each shape."""
+"""The writer of a file of each shape."""
 FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "long, deg/s and g of no unit": ("stops", partial(long, factors=USUAL)),
     "long, a unit that is none": ("refused", partial(long, header="time,sensor,x,y,z,unit", units=("furlong/s", "g", "uT"))),
@@ -182,4 +182,4 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "json, a unit that is none": ("refused", partial(units_of_all, gyro="furlong/s")),
     "json, a unit that is wrong": ("stops", partial(units_of_all, gyro="rad/s")),
 }
-"""By shape: the verdict, and what writes it."""
+"""By shape: the verdict, and the writer of the file."""

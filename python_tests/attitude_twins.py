@@ -1,4 +1,4 @@
-"""What the tests of twins share: noise for precise sensors, and how far two attitudes are apart."""
+"""Shared by the tests of twins: noise of precise sensors, and the angle between two attitudes."""
 
 import numpy as np
 

@@ -25,7 +25,7 @@ def chromium() -> str:
 
 
 def browse(page: Path, folder: Path, query: str = "") -> tuple[str, list[str], set[str]]:
-    """The document after its scripts, the lines on the console, and who asked for what goes over a network."""
+    """The document after its scripts ran, the lines on the console, and the addresses that were requested over a network."""
     log = folder / "net.json"
     command = [
         chromium(), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/profile", "--enable-logging=stderr", "--v=0",
@@ -38,7 +38,7 @@ def browse(page: Path, folder: Path, query: str = "") -> tuple[str, list[str], s
 
 
 class Tab:
-    """A page in a headless browser that goes on: what stands in it, and what it looks like. Skips without chromium and websockets."""
+    """A page in a headless browser that keeps running: its document and its screenshot. Skips without chromium and websockets."""
 
     def __init__(self, url: str, folder: Path, width: int = 1600, height: int = 1400):
         client = pytest.importorskip("websockets.sync.client", reason="websockets is not installed")

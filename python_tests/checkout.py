@@ -1,4 +1,4 @@
-"""Where tests find the checkout and what was built in it."""
+"""The folders of the checkout and of its build."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def built_system(name: str) -> str:
 
 
 def in_another_process(code: str, *folders: Path) -> str:
-    """What Python code prints in a process of its own, which finds the modules of the folders and the helpers of the tests."""
+    """The output of Python code in a process of its own, which finds the modules of the folders and the helpers of the tests."""
     paths = [str(folder) for folder in (*folders, HELPERS)]
     done = subprocess.run(
         [sys.executable, "-c", f"import sys\nsys.path[:0] = {paths!r}\n{code}"], capture_output=True, text=True, check=False

@@ -45,7 +45,7 @@ class ClosedLoop:
         self.counters_to = {name: self.fmus[name].references(COUNTERS) for name in filters}
 
     def step(self, t_s: float, step_s: float) -> None:
-        """From t_s on: everyone gets what the others showed at t_s, then all step."""
+        """From t_s on: each FMU gets the outputs of the others at t_s, then all step."""
         table, sensor = self.fmus["turntable"], self.fmus["sensor"]
         table.get_reals(self.truth_from, self.truth)
         sensor.get_reals(self.reals_from, self.reals)

@@ -13,7 +13,7 @@ from hnav.cli.app import main
 
 
 class Answer(NamedTuple):
-    """What a command left."""
+    """Exit status and output of a command."""
 
     returncode: int
     stdout: str

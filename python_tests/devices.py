@@ -1,4 +1,4 @@
-"""Files as devices, apps and sketches write them, by the documentation of each format: more of what recorded.py has."""
+"""Files as devices, apps and sketches write them, by the documentation of each format, in addition to those of recorded.py."""
 
 from __future__ import annotations
 
@@ -264,4 +264,4 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
     "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
 }  # fmt: skip
-"""What writes a file of each shape."""
+"""The writer of a file of each shape."""

@@ -1,4 +1,4 @@
-"""Simulated drives: as recordings, sample by sample, and what the navigation filter makes of one whose sensors have no errors."""
+"""Simulated drives: as recordings, sample by sample, and the navigation filter's run over one whose sensors have no errors."""
 
 import numpy as np
 

@@ -50,7 +50,7 @@ def german(v: float) -> str:
 
 
 def with_lines(folder: Path, r: Recording, lines: dict[int, str], end: str = "") -> Path:
-    """Lines between the rows, and what stands behind the last."""
+    """Lines between the rows, and the text behind the last row."""
     path = spelled(folder, r, "{:.6f}".format)
     text = path.read_text().splitlines()
     for number, line in lines.items():
@@ -182,7 +182,7 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "zip of a table": partial(folder_of, sensors={"walk": (0, 1, 2)}, packed="logs"),
     "numbered from 1": partial(headed, header="t|gyro_{number}|acc_{number}|mag_{number}", rate=1, force=1),
 }  # fmt: skip
-"""What writes a file of each shape."""
+"""The writer of a file of each shape."""
 FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "decimal commas between commas": ("refused", partial(spelled, cell=lambda v: f"{v:.6f}".replace(".", ","))),
     "a cell more than the header": ("refused", unnamed),
@@ -191,4 +191,4 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "angles alone": ("refused", partial(headed, header="Time (s)|Orientation {axis} (deg)|Acc {axis} (g)|Mag {axis} (uT)")),
     "seconds of four digits": ("refused", partial(timed, name="Time", time=lambda t: "1,77E+12", mark=";")),
 }  # fmt: skip
-"""By shape: the verdict, and what writes it."""
+"""By shape: the verdict, and the writer of the file."""

@@ -56,7 +56,7 @@ with open("answer.json", "w") as file:
 
 
 def run_pyfmi_script(script: str, arguments: tuple[str, ...], folder: Path) -> dict:
-    """What the script writes to answer.json in the folder, and errors."""
+    """The content of answer.json, which the script writes in the folder, and its errors."""
     try:
         return importers.run_pyfmi(script, arguments, folder)
     except ImporterMissing as reason:

@@ -1,4 +1,4 @@
-"""What the tests of FMUs and systems share: the standard's schemas, and an importer that is not installed everywhere."""
+"""Shared by the tests of FMUs and systems: the standard's schemas, and an importer that is not installed everywhere."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def shimmer(folder: Path, r: Recording) -> Path:
 
 
 def blanks(folder: Path, r: Recording) -> Path:
-    """What numpy.savetxt writes: columns of one width, nan where there is no number."""
+    """A table as numpy.savetxt writes it: columns of one width, nan where there is no number."""
     path = folder / "blanks.txt"
     np.savetxt(path, np.stack([r.t_s, *columns(r, field=1)], axis=1), fmt="%24.16e", header="time  gx gy gz  ax ay az  mx my mz")
     return path
@@ -262,4 +262,4 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "parquet": parquet, "ulog": ulog, "ros 1": bag, "ros 2": lambda folder, r: bag(folder, r, "db3"),
     "mcap": lambda folder, r: bag(folder, r, "mcap"),
 }  # fmt: skip
-"""What writes a file of each shape."""
+"""The writer of a file of each shape."""

@@ -12,7 +12,7 @@ namespace hnav::boundary {
 using At = EveryAttitude::At;
 
 constexpr double min_direction_length = 1e-15; // smallest length of force and field, in any unit
-constexpr double min_heading_sigma_rad = 1e-9; // smaller sigmas are lost in the rounding of a covariance
+constexpr double min_heading_sigma_rad = 1e-7; // the square of a smaller one is lost in the rounding of a covariance of 1 rad^2
 constexpr double near_singular_pitch = 85 * M_PI / 180;
 
 inline bool finite(const double* v, int n) {

@@ -710,8 +710,15 @@ private:
     }
 
     // Copies bytes. For an unknown size the compiler calls the library, which uses the widest moves of this machine; for a
-    // known one it writes a loop over single numbers, which takes three times as long.
-    void copy(State& to, const State& from) const { std::memcpy(static_cast<void*>(&to), &from, state_bytes_); }
+    // known one it writes a loop over single numbers, which takes three times as long. In pieces, because above 4 kB the library
+    // switches to string instructions, which begin slowly.
+    void copy(State& to, const State& from) const {
+        constexpr std::size_t piece = 2048;
+        auto* const target = reinterpret_cast<unsigned char*>(&to);
+        const auto* const source = reinterpret_cast<const unsigned char*>(&from);
+        for (std::size_t done = 0; done < state_bytes_; done += piece)
+            std::memcpy(target + done, source + done, std::min(piece, state_bytes_ - done));
+    }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {
         std::memcpy(place, value, bytes);

@@ -6,6 +6,11 @@ namespace {
 
 bool has_aid(const Event& event) { return (event.present & ~(std::uint64_t{1} << field)) >> rest != 0; }
 
+// A sample of the IMU or the field within the motion, without a correction, changes none of the seldom members of the state.
+bool is_plain(const State& s, const Event& event) {
+    return s.started() && !s.gap_too_long && !has_aid(event) && !event.begins_time_base();
+}
+
 void note_times(State& s, const Event& event) {
     const double T = event.t_s - s.last_s[imu];
     if (s.has(event, imu) && std::isfinite(T)) s.usual_interval_s = usual_interval(T, s.usual_interval_s);
@@ -62,6 +67,7 @@ void Model::try_start(State& s, const Event& event) const {
 }
 
 void Model::jump(State& s, const Event& event) const {
+    if (!is_plain(s, event)) ++s.seldom_changes;
     if (s.gap_too_long && s.started()) {
         // The motion during the gap is unknown. The sensor errors stay as estimated.
         ++s.times_lost;

@@ -150,44 +150,26 @@ struct InAxes {
 // Members of eight bytes only (saved states); x comes first.
 struct State {
     double x[nx];
+    // Members that change only at events with an aid, at corrections and before the first tilt. For other events they are not copied
+    // (Model::jump counts the changes).
     double P[errors * (errors + 1) / 2]; // just after the last correction
     double response[errors * responses]; // of the error to unit steps at the begin of the windows, row by row
     StepEvidence<may_step> steps[step_windows];
     double steps_since_s[step_windows]; // begin of the windows; NaN: they begin at the next correction
-    Innovation innovation[channel_count];
-    std::uint64_t seldom_changes; // counts changes of P and of what follows it: only corrections and starts make them
     double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
     double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
     double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
-    double field_until_s; // time of the newest sample in the mean of the field; NaN: there is none
-    InAxes in_t;
     Circle circle;
     ExternalHeading external;
-
     double anchor_e[3], axes[9]; // row-major: columns are the axes of t in Earth-fixed ones
     double earth_rate[3]; // in t
-    double gravity[3], gravity_at[3]; // where it was computed
     double fix_axes[9]; // north-east-down of the last fix in Earth-fixed axes
     std::uint64_t has_place;
     // Sigma of the slow GNSS error, horizontal and vertical: now, and at the last correction.
     double slow_m[2], slow_before_m[2];
     double drifted; // 1: that error exceeds its usual size, and the position was widened by it
-
-    HeldSample held;
-    SensorCheck<double> check[checked_count]; // of rate, force and field
-    std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
-    double steady_rate[3]; // mean over turns_alike_s, which averages sway
-    double mean_force2; // mean square of the mean force along the horizontal
-    double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
-    Window window;
     Levelling levelling;
-    FreeGates gates;
-    Unrest rest;
-    Glide glide;
     double by_rests[row_gyro_scale]; // recent corrections by zero velocities
-
-    double last_s[channel_count]; // time of the newest sample
-    double last_event_s, usual_interval_s, last_correction_s, field_used_s;
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
     double placed_s; // positions have agreed since this time, until one is rejected
@@ -206,10 +188,29 @@ struct State {
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // information about the heading, by channel
     double heading_since_s; // the sigma of the heading has been below its limit since; NaN: it is above
-    std::uint64_t used[channel_count], inflated[channel_count];
-    std::uint64_t times_lost, corrections;
-    std::uint64_t gap_too_long, first_was_wrong;
+    Innovation innovation[channel_count];
+    std::uint64_t inflated[channel_count];
+    std::uint64_t times_lost, corrections, first_was_wrong;
     Phase phase;
+    std::uint64_t seldom_changes; // last member of this group
+
+    InAxes in_t;
+    double gravity[3], gravity_at[3]; // where it was computed
+    HeldSample held;
+    SensorCheck<double> check[checked_count]; // of rate, force and field
+    std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
+    double steady_rate[3]; // mean over turns_alike_s, which averages sway
+    double mean_force2; // mean square of the mean force along the horizontal
+    double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
+    Window window;
+    FreeGates gates;
+    Unrest rest;
+    Glide glide;
+    double last_s[channel_count]; // time of the newest sample
+    double last_event_s, usual_interval_s, last_correction_s;
+    double field_until_s, field_used_s; // newest sample in the mean of the field, NaN: there is none; the last one that corrected
+    std::uint64_t used[channel_count];
+    std::uint64_t gap_too_long;
 
     bool started() const { return phase >= Phase::any_heading; }
     void forget_rests() {

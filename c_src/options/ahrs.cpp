@@ -52,7 +52,7 @@ constexpr double defaults[] = {
     0.17, // candidate_radius
     5, // candidate_mean_s
     1.6, // candidate_first_s
-    0.4, // candidate_share
+    0.5, // candidate_share
     60, // trust_s
     0.13, // turn_min_rad
     3.75, // turn_sigmas

@@ -14,6 +14,7 @@ using namespace hnav;
 namespace {
 
 constexpr double deg = M_PI / 180, interval_s = 0.01;
+const Vector3 field_n(2e-5, 0, 4e-5); // tesla; north, east, down
 
 struct Sample {
     double t_s;
@@ -43,7 +44,7 @@ public:
             const Matrix3 to_body = rotation_matrix(q_).transpose();
             const Vector3 shake(std::sin(7 * t_s_), 0.5 * std::cos(9 * t_s_), 0);
             Sample s{t_s_, rate + noise(0.002), to_body * (shake - Vector3(0, 0, 9.80665)) + noise(0.02),
-                     to_body * Vector3(2e-5, 0, 4e-5) + noise(3e-7)};
+                     to_body * field_n + noise(3e-7)};
             if (damaged) damage_(s);
             EXPECT_EQ(hnav_filter_push_imu(filter_, s.t_s, s.rate.data(), s.force.data()), HNAV_OK)
                 << hnav_filter_message(filter_);
@@ -54,6 +55,7 @@ public:
     }
 
     void turn(double angle_rad) { q_ = multiply(q_, rotation_quaternion({angle_rad, 0, 0})); }
+    void turn_about_field(double angle_rad) { q_ = multiply(rotation_quaternion(angle_rad * field_n.normalized()), q_); }
     void skip(double duration_s) { t_s_ += duration_s; }
 
     double tilt_error() const {
@@ -62,6 +64,10 @@ public:
                       truth = rotation_matrix(q_).transpose() * down;
         return std::acos(std::fmin(1.0, estimated.dot(truth)));
     }
+
+    // Angle between estimate and truth, and its stated sigma: the root of the sum of the variances.
+    double rotation_error() const { return 2 * std::acos(std::fmin(1.0, std::fabs(q_of(attitude()).dot(q_)))); }
+    double rotation_sigma() const { return Vector3(attitude().sigma_rad).norm(); }
 
     hnav_attitude attitude() const {
         auto a = hnav_sized<hnav_attitude>();
@@ -220,6 +226,20 @@ TEST(Recovery, AGapInWhichTheBodyTurnedIsFoundOut) {
         EXPECT_LT(hand.falsely_ready, 0.01 * hand.rows);
         EXPECT_GE(hand.health().times_lost, 1u);
         EXPECT_EQ(hand.health().lost, 0);
+    }
+}
+
+// The body turned about the field, which is measured as before. The samples of the field that were gathered before the horizon was found
+// have to turn with the horizon; else the heading is wrong at a small sigma.
+TEST(Recovery, AfterATurnAboutTheFieldTheFirstHeadingIsRight) {
+    for (const double angle_rad : {1.0, 1.5, -1.5, 2.5}) {
+        Hand hand(true, [](Sample&) {});
+        hand.run(30);
+        hand.skip(86400);
+        hand.turn_about_field(angle_rad);
+        hand.run(0.3);
+        while (hand.health().lost) hand.run(interval_s);
+        EXPECT_LT(hand.rotation_error(), hand.rotation_sigma()) << angle_rad;
     }
 }
 

@@ -26,7 +26,7 @@ def test_a_header_compiles_alone_without_a_warning(header, language):
 
 
 def reached(header: str) -> set[str]:
-    """The header and what it includes, at whatever depth."""
+    """The header and all headers that it includes, at any depth."""
     text = (INCLUDE / header).read_text()
     return {header}.union(*(reached(name) for name in re.findall(r'#include "(.*)"', text)))
 

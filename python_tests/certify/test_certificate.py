@@ -142,7 +142,7 @@ def test_a_gap_widens_the_covariance_as_noise_of_its_interval(turntable):
     assert np.trace(longest.Q[1:4, 1:4]) > 1.1 * usual
 
 
-def test_a_run_that_began_anew_is_certified_in_parts(turntable):
+def test_a_run_that_restarted_is_certified_in_parts(turntable):
     """After more than a second without samples no error is carried on."""
     experiment = Turntable().run(4.0, seed=5)
     options = Options("hrekf", "paper", **experiment.settings, solver="closed_form", gamma_mode="off")
@@ -277,7 +277,7 @@ def test_the_remainders_of_the_nonlinear_equations_stay_below_their_bounds(recor
 
 
 def test_every_form_of_the_inequality_holds_on_the_nonlinear_equations(record):
-    """z of exact errors: B z is what the correction leaves, but for m, and each form has the sign that the S-procedure uses."""
+    """z of exact errors: B z is the error after the correction, except for m, and each form has the sign that the S-procedure uses."""
     rng = np.random.default_rng(1)
     rho, scale, n = 0.4, 2.0, 200
     inequality = SampledDataInequality(record, scale)
@@ -341,7 +341,7 @@ def test_a_linear_law_is_certified_with_its_decay(rate):
 
 
 def test_simulated_starts_catch_a_record_that_is_not_of_the_filters_equations():
-    """Its H sees the bias, what no sensor does: the inequality depends on it, the equations do not."""
+    """Its H has a column for the bias, as no sensor has: the inequality depends on it, the equations do not."""
     found = certify(invariant_record(0.5), starts=20)
     assert not found.certified
     assert "simulated start" in found.reason
@@ -372,7 +372,7 @@ def test_an_inequality_that_holds_holds_for_every_correction(record):
 
 
 def test_remainders_are_paid_for_by_decay(record):
-    """With less decay asked the same corrections hold a larger region; what is answered is verified again from P and tau alone."""
+    """With a smaller decay the same corrections hold a larger region; the answer is verified again from P and tau alone."""
     steady = GainRecord(record.name, record.corrections[150:], record.largest_difference)
     inequality = SampledDataInequality(steady, 2.0)
     rate = -np.log(max(np.abs(np.linalg.eigvals(c.M[1:, 1:])).max() for c in steady.corrections)) / INTERVAL_S
@@ -600,7 +600,7 @@ def write_run(folder, parameters: dict) -> None:
     (folder / "run.json").write_text(json.dumps({"parameters": parameters}))
 
 
-def test_a_folder_tells_the_filter_that_was_simulated(tmp_path):
+def test_a_folder_names_the_filter_that_was_simulated(tmp_path):
     with pytest.raises(RecordingError, match="run.json: file not found: the simulation is not whole"):
         filter_of_run(tmp_path)
     write_run(tmp_path, {"sensor.seed": 1})

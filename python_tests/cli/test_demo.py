@@ -1,4 +1,4 @@
-"""The demo: one's own file, recordings of devices, the closed loop; what it says is what the pages are of."""
+"""The demo: a user's own file, recordings of devices, the closed loop; the printed lines name the pages that were written."""
 
 import re
 from pathlib import Path

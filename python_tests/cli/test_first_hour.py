@@ -1,4 +1,4 @@
-"""What new users typed in their first hour, in three roles, from README alone: it works, or a sentence names the next step."""
+"""Commands that new users typed in their first hour, in three roles, from README alone: each works, or a sentence names the next step."""
 
 from __future__ import annotations
 

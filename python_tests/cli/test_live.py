@@ -1,4 +1,4 @@
-"""hnav live: every kind of source, recorded and filtered again to the same numbers; what goes wrong is counted; the page."""
+"""hnav live: every kind of source, recorded and filtered again to the same numbers; faults are counted; the page."""
 
 from __future__ import annotations
 

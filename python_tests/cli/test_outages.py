@@ -1,4 +1,4 @@
-"""hnav filter --filter ins --truth: errors against an exact truth, outages, and what it says of a truth that does not fit."""
+"""hnav filter --filter ins --truth: errors against an exact truth, outages, and the message for a truth that does not fit."""
 
 import re
 

@@ -72,7 +72,7 @@ def write_recording(path: Path, r: Recording) -> None:
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory) -> Path:
-    """What the snippets' file names stand for."""
+    """The files that the names in the snippets stand for."""
     folder = tmp_path_factory.mktemp("recordings")
     write_recording(folder / "flight.csv", tilted_motion(3).recording)
     write_recording(folder / "tumbled.csv", tilted_motion(30).recording)
@@ -285,7 +285,7 @@ def options_of(command) -> set[str]:
 
 
 def study_options(name: str) -> set[str]:
-    """What a study takes, by its help: studies are free in how they read their arguments."""
+    """The options of a study, from its help: each study reads its arguments in its own way."""
     assert importlib.util.find_spec(f"studies.{name}") is not None, f"there is no study {name}"
     environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "COLUMNS": "200"}
     said = subprocess.run([sys.executable, "-m", f"studies.{name}", "--help"], capture_output=True, text=True, env=environment)

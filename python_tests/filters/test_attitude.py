@@ -1,4 +1,4 @@
-"""The attitude filters from Python: laws, errors, what a caller meets."""
+"""The attitude filters from Python: laws, and the errors that a caller gets."""
 
 import subprocess
 import sys

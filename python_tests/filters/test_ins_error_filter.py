@@ -1,4 +1,4 @@
-"""The filter for coloured INS errors from Python: laws, exact covariances, what a caller meets."""
+"""The filter for coloured INS errors from Python: laws, exact covariances, and the errors that a caller gets."""
 
 from dataclasses import replace
 

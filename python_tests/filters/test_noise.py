@@ -1,4 +1,4 @@
-"""The noise of sensors at rest: known noise is found within the stated bounds, and what the length cannot tell is said."""
+"""The noise of sensors at rest: known noise is found within the stated bounds, and what the length cannot show is said."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_known_noise_lies_within_the_stated_bounds():
     assert max(abs(of["white"].ratio - 1) for of in found.values()) < 0.05
 
 
-def test_a_longer_recording_tells_more():
+def test_a_longer_recording_shows_more():
     short, night = (noise_of([at_rest(1, "wandering", length_s, 20.0)])["gyro"] for length_s in (120.0, 6 * 3600.0))
     assert not short.terms["walk"].is_measured.any() and night.terms["walk"].is_measured.all()
     for name, true in zip(TERMS, GRADES["wandering"]):

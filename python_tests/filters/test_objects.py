@@ -132,7 +132,7 @@ def test_a_setting_is_name_and_value(text, found):
         assert parse_setting(text) == found
 
 
-def test_an_option_tells_what_it_is():
+def test_an_option_has_a_unit_a_description_and_choices():
     info = option_table("ahrs")["gyro_noise_rad_per_sqrt_s"]
     assert isinstance(info, OptionInfo) and info.unit == "rad/sqrt(s)" and info.description and not info.choices
     assert option_table("ahrs")["solver"].choices == ("erkstep", "adams", "closed_form", "euler")
@@ -215,14 +215,14 @@ def test_results_are_equal_when_their_numbers_are(started):
 
 
 def test_the_results_have_the_fields_of_the_structs():
-    told = {
+    records = {
         filter_answers.Attitude: "hnav_attitude", attitude_answers.Posterior: "hnav_posterior", filter_answers.Innovation: "hnav_innovation",
         attitude_answers.Field: "hnav_field", filter_answers.Diagnostics: "hnav_diagnostics", filter_answers.Health: "hnav_health",
         filter_answers.SensorHealth: "hnav_sensor_health", ins_error.InsErrorInfo: "hnav_ins_error_info",
         calibration.MagnetometerCalibration: "hnav_magnetometer_calibration", turntable.Truth: "hnav_truth",
         imu_mag_sensor.Reading: "hnav_reading",
     }  # fmt: skip
-    for record, struct in told.items():
+    for record, struct in records.items():
         ffi.sizeof(struct)
         in_c = {name for name, _ in ffi.typeof(struct).fields} - {"size", "reserved"}
         assert set(record.__annotations__) - {"note", "unit"} == in_c, struct

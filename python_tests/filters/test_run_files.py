@@ -1,4 +1,4 @@
-"""Tables of a run: every bit of the times, what the C library says at each row, and where it all came from."""
+"""Tables of a run: every bit of the times, the answers of the C library at each row, and the options and files that it was made with."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The law of Run.observability() on motions whose answer is known: what a body at rest, turning or manoeuvring can determine."""
+"""The law of Run.observability() on motions whose answer is known: at rest, turning and manoeuvring."""
 
 from __future__ import annotations
 

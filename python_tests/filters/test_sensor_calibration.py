@@ -1,4 +1,4 @@
-"""Calibration of accelerometer and gyroscope by rests and turns: what it finds, states, refuses, writes, and what the AHRS makes of it."""
+"""Calibration of accelerometer and gyroscope by rests and turns: found values, stated sigmas, refusals, files, and the AHRS with the result."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ KINDS = ("real", "integer", "boolean")
 
 @dataclass(frozen=True)
 class Order:
-    """What an importer writes when. Whatever it writes are the values of that time."""
+    """The order in which an importer writes its inputs. It always writes the values of that time."""
 
     parameters_in: str = ""  # "instantiated" or "initialization": all are written, with their start values
     inputs_in_initialization: bool = False

@@ -1,4 +1,4 @@
-"""What an archive declares it does: every capability of every archive is called, and derivatives are compared with differences."""
+"""The capabilities that an archive declares: every capability of every archive is called, and derivatives are compared with differences."""
 
 import ctypes as C
 import zipfile

@@ -21,7 +21,7 @@ PERIODS = {
 
 
 def members(fmu: Fmu, sensor: str) -> list[str]:
-    """Inputs of a sensor that are numbers, without what marks a sample."""
+    """Numeric inputs of a sensor, without the clock or flag that marks a sample."""
     names = [n for n, v in fmu.variables.items() if v.causality == "input" and n.startswith(sensor + ".") and v.type == "Float64"]
     return [n for n in names if not n.endswith(".t_meas")]
 
@@ -40,7 +40,7 @@ def sample(fmu: Fmu, sensor: str, k: int) -> dict[str, float]:
 
 
 class Estimates:
-    """A filter and what it answers, read after each step."""
+    """A filter and its outputs, read after each step."""
 
     def __init__(self, fmu: Fmu, names: list[str]):
         self.fmu, self.names, self.rows = fmu, names, []
@@ -50,7 +50,7 @@ class Estimates:
 
 
 def outputs(name: str) -> list[str]:
-    """All but what it cost to compute them."""
+    """All outputs except the counters of computing cost."""
     with Fmu(fmu_path(name, 3)) as scalar:
         return [n for n, v in scalar.variables.items() if v.causality == "output" and not n.startswith("solver.")]
 

@@ -106,7 +106,7 @@ class Pairs:
         return np.array(out)
 
     def differences(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unknowns x states by differences of fourth order, and what rounding leaves of them."""
+        """Unknowns x states by differences of fourth order, and their rounding error."""
         found, rounding = [], []
         for k, size in enumerate(self.sizes):
             h = 2e-3 * size

@@ -1,4 +1,4 @@
-"""What an FMU says of its sensors is what the C library says: a clipped gyroscope, a magnetometer that sticks."""
+"""An FMU reports the same sensor health as the C library: a clipped gyroscope, a stuck magnetometer."""
 
 import fmpy
 import numpy as np

@@ -28,7 +28,7 @@ LATE_S = 0.15
 
 
 def driven_by(magnetometer):
-    """Rows of rate and force, and by row what came with it: kind, time of validity, values."""
+    """Rows of rate and force, and by row the aids that came with it: kind, time of validity, values."""
     samples, _ = vehicle("car", "industrial", 11, 26.0, magnetometer)
     valid, received, sensor, value = samples.aids.arrays()
     fixes = {}
@@ -56,7 +56,7 @@ def set_vector(fmu, name, values):
 
 
 def set_samples(fmu, drive, k, late_rows=0):
-    """What came with row k, fixes so many rows after they were valid."""
+    """The aids that came with row k; fixes come the given number of rows after they were valid."""
     samples, fixes = drive
     t_s = float(samples.t_s[k])
     set_vector(fmu, "gyro.rate", samples.rate_b_rad_s[k])
@@ -86,7 +86,7 @@ def shown(fmu):
 
 
 def driven(version, drive, every=1, late_rows=0, rows=LENGTH, **parameters):
-    """Co-Simulation; what is shown at the end."""
+    """Co-Simulation; the outputs at the end."""
     samples, _ = drive
     with opened(version, **parameters) as fmu:
         fmu.initialise(float(samples.t_s[0]))
@@ -177,7 +177,7 @@ MOTION = ("nav.latitude", "nav.longitude", "nav.height", *(f"nav.velocity[{i}]" 
 
 
 def off_in_sigmas(fmu, now):
-    """What an FMU shows of the motion, against the library: the largest difference, as a part of its sigma."""
+    """The motion outputs of an FMU against the library: the largest difference, as a part of its sigma."""
     metres = earth.EQUATOR_M * np.array([1, np.cos(now.latitude_rad)])
     off = np.array([fmu.get(v) for v in MOTION]) - [
         now.latitude_rad, now.longitude_rad, now.height_m, *now.velocity_n_m_s, *now.euler_rad

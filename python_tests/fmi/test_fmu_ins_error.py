@@ -108,7 +108,7 @@ def event(fmu: Fmu, t_s: float) -> float | None:
 
 
 def expected_rows(axis: Axis, flight, setting: dict) -> np.ndarray:
-    """What the library shows after each sample, in the order of Axis.outputs; nothing stands for what is missing."""
+    """The library's answers after each sample, in the order of Axis.outputs; None where there is none."""
     run = InsErrorFilter(AircraftPlant(axis.aircraft).filter_model(), InsErrorOptions(**setting)).run(flight.u, flight.z)
     late = setting.get("form") in ("mdkf", "amdkf") or setting.get("lag") == 1
     k = np.arange(len(flight.z))

@@ -1,4 +1,4 @@
-"""Parameters as importers show and write them, what samples a step loses or takes, and the log."""
+"""Parameters as importers show and write them, the samples that a step loses or takes, and the log."""
 
 import ctypes as C
 import math

@@ -1,4 +1,4 @@
-"""Samples in deg/s or in g: an FMU reads numbers without their unit, so it says in its log what gravity contradicts."""
+"""Samples in deg/s or in g: an FMU reads numbers without their unit, so its log warns of a force that gravity contradicts."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def recording():
 
 
 def warnings(filter: str, version: int, recording, rate_scale: float, force_scale: float) -> list[str]:
-    """What is logged of units while the samples run through."""
+    """The lines of the log about units during a run over the samples."""
     with Fmu(fmu_path(filter, version)) as fmu:
         fmu.initialise(0.0)
         for row, t_s in enumerate(recording.t_s.tolist()):

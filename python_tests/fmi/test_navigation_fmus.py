@@ -1,4 +1,4 @@
-"""The FMUs of a vehicle and of what aids its inertial sensor: Vehicle, Gnss, Baro, Wheel."""
+"""The FMUs of a vehicle and of the aids of its inertial sensor: Vehicle, Gnss, Baro, Wheel."""
 
 import fmpy
 import numpy as np
@@ -33,7 +33,7 @@ def described(name: str, version: int, causality: str) -> dict:
 
 
 def truths_of(name: str, t_s: np.ndarray, vehicle: Vehicle) -> dict[str, np.ndarray]:
-    """What a sensor reads of a vehicle at these times."""
+    """The readings of a sensor on a vehicle at these times."""
     drive = vehicle.run(t_s)
     vectors = {"velocity": drive.velocity_n_m_s, "q": drive.q_nb, "rate": drive.rate_b_rad_s}
     found = dict(zip(("truth.latitude", "truth.longitude", "truth.height"), drive.place.T))

@@ -54,7 +54,7 @@ def test_a_loop_that_pyfmi_couples_ends_in_the_attitude_of_hnav(steps, tmp_path)
     "name", ["Observer", *(pytest.param(name, marks=pytest.mark.slow) for name in COUPLED if name != "Observer")]
 )
 def test_pyfmi_makes_a_state_space_of_it(name, tmp_path):
-    """Where the archive offers no derivatives, as Observer and Vehicle, PyFMI takes differences of what it gets by reference."""
+    """Where the archive offers no derivatives, as Observer and Vehicle, PyFMI takes differences of the values that it gets by reference."""
     answer = pyfmi_state_space(fmu_path(name, 2), tmp_path)
     A, differences = np.array(answer["A"]), np.array(answer["differences"])
     # It reads counts as reals on its way, which is refused.

@@ -1,4 +1,4 @@
-"""Each archive holds an input and what the FMU answers to it (fmi-ls-ref); whoever imports it can run that, as is done here."""
+"""Each archive holds an input and the FMU's outputs for it (fmi-ls-ref); any importer can run them, as is done here."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""The FMUs of the plants: what all of them describe, and Turntable and ImuMagSensor."""
+"""The FMUs of the plants: the descriptions of all of them, and Turntable and ImuMagSensor."""
 
 import ctypes as C
 import inspect

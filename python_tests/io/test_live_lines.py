@@ -1,4 +1,4 @@
-"""Lines that arrive become rows: formats, units, clocks, and counts of what is left out."""
+"""Lines that arrive become rows: formats, units, clocks, and counts of the lines that are left out."""
 
 from __future__ import annotations
 

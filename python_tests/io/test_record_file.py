@@ -1,4 +1,4 @@
-"""A file of records that only grows: what is whole comes back, what is not is left out, other records are refused."""
+"""A file of records that only grows: whole records are read, an unfinished one is left out, other files are refused."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""Readers: what is right is read, what is wrong is named by file, line and column."""
+"""Readers: right values are read, wrong ones are named by file, line and column."""
 
 import numpy as np
 import pytest

@@ -83,7 +83,7 @@ FAULTY: dict[str, tuple[str, Callable[[Path, Recording], Path]]] = {
     "no times": ("refused", partial(table, "row|gyro_{axis}|acc_{axis}", 1, 1, None)),
     "names of nothing": ("refused", partial(table, "time_s|left_{axis}|right_{axis}", 1, 1, None)),
 }  # fmt: skip
-"""By shape: the verdict, and what writes it."""
+"""By shape: the verdict, and the writer of the file."""
 SHAPES = {**recorded.SHAPES, **devices.SHAPES, **exported.SHAPES, **apart.SHAPES}
 FAULTY |= exported.FAULTY | apart.FAULTY
 

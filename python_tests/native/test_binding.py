@@ -35,7 +35,7 @@ def members(kind, path: str = "", base: int = 0):
 
 @pytest.fixture(scope="module")
 def compiled(tmp_path_factory) -> dict[str, tuple[int, int]]:
-    """What the compiler says: "struct" to (0, size), "struct.field" to (offset, size)."""
+    """The compiler's layout: "struct" to (0, size), "struct.field" to (offset, size)."""
     lines = []
     for struct in STRUCTS:
         lines.append(f'printf("{struct} 0 %zu\\n", sizeof({struct}));')

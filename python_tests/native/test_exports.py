@@ -1,4 +1,4 @@
-"""The library exports what the headers declare, and no more than one can keep in mind."""
+"""The library exports the functions that the headers declare, and at most 160 of them."""
 
 import re
 

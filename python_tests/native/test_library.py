@@ -1,4 +1,4 @@
-"""Where the library is found, what is loaded when, and calls from several threads."""
+"""Where the library is found, which modules are loaded at import, and calls from several threads."""
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ from hnav.native import library as native
 
 
 def said(code: str, *options: str, **environment: str) -> str:
-    """What a fresh interpreter prints."""
+    """The output of a fresh interpreter."""
     done = subprocess.run([sys.executable, *options, "-c", code], capture_output=True, text=True, env=os.environ | environment)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()

@@ -15,7 +15,7 @@ from studies.readiness.starts import simulated_start
 
 GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "begin inflating": "inflated"}
 PLAIN = dict(solver="closed_form", outlier_rate_rad_s=0.0, outlier_force_m_s2=0.0)
-"""The twin believes every sample: after a gap a rate may lie far from the last one."""
+"""The twin has no check of outliers: after a gap a rate may lie far from the last one."""
 
 
 def rows_of(recording: Recording, kept=lambda t_s: (True, True, True)) -> Iterator[tuple]:
@@ -39,20 +39,20 @@ def push(library: Filter, t_s: float, rate, force, field, heading) -> None:
     library.advance(t_s)
 
 
-def told_by(library: Filter) -> tuple:
-    """What has no decimals."""
+def state_of(library: Filter) -> tuple:
+    """The flags and counters, which must be equal; the numbers are compared within a tolerance."""
     now, field, health = library.attitude(), library.field(), library.health()
     return now.tilt_ready, now.heading_ready, field.gate, field.reference_changes, field.at_rest, health.lost, health.times_lost
 
 
-def told_by_twin(twin: AhrsReference) -> tuple:
+def state_of_twin(twin: AhrsReference) -> tuple:
     field = twin.field
     ready = twin.tilt_ready(), twin.heading_ready()
     return *ready, GATES[twin.verdict], field.changes, twin.rest.at_rest(), twin.lost, twin.times_lost
 
 
 def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReference, set[str]]:
-    """Row by row; answers the twin at the end, and every verdict on a field that it came to."""
+    """Compares both row by row; returns the twin at the end, and every verdict on a field that it came to."""
     both = Options("ahrs", **PLAIN | options)
     library, twin, verdicts = Filter(both), AhrsReference(both), set()
     for t, *samples in rows:
@@ -61,7 +61,7 @@ def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReferenc
         assert library.diagnostics().started == twin.started, t
         if not twin.started:
             continue
-        assert told_by(library) == told_by_twin(twin), t
+        assert state_of(library) == state_of_twin(twin), t
         now, sigma = library.attitude(), np.sqrt(np.diag(twin.rotation_covariance()))
         assert 2 * min(np.abs(now.q_nb - twin.q_nb).max(), np.abs(now.q_nb + twin.q_nb).max()) < 1e-10, t
         # The noise of the motion depends on the sigma, so that roundings of the one come back in the other.
@@ -124,7 +124,7 @@ def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field
 
 @pytest.mark.parametrize("sensor", ["accel", "mag"])
 def test_the_library_is_the_numpy_twin_when_first_samples_disagree(sensor):
-    """The third one points elsewhere, so that the mean begins anew; the first force is half of gravity."""
+    """The third one points elsewhere, so that the mean restarts; the first force is half of gravity."""
     recording = start(3, 3.0)
     recording.force_b_m_s2[0] *= 0.5
     samples = recording.force_b_m_s2 if sensor == "accel" else recording.field_b_tesla
@@ -173,12 +173,12 @@ def test_the_library_is_the_numpy_twin_on_a_real_recording(broad_trial):
 
 @pytest.mark.parametrize(("kind", "body", "seed"), [("car", "car", 0), ("aircraft", "aircraft", 3), ("foot", "walker", 0)])
 def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed):
-    """Stops and smooth bends, in which the field decides what is a rest."""
+    """Stops and smooth bends, in which the field decides whether the body rests."""
     twin, _ = assert_equal(islice(rows_of(motion(kind, seed)), 3000), body=body)
     assert twin.still_field.first.any()
 
 
 @pytest.mark.parametrize(("kind", "seed"), [("car", 9), ("aircraft", 21), ("arm", 1)])
 def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed):
-    """Readiness of the tilt waits for what the velocities of a vehicle allow, for a rest, or for a turn that no vehicle makes."""
+    """Readiness of the tilt waits until the velocities of a vehicle allow it, for a rest, or for a turn that no vehicle makes."""
     assert_equal(islice(rows_of(motion(kind, seed)), 3000))

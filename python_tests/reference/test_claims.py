@@ -400,7 +400,7 @@ def test_the_nis_is_chi_square(rng, m):
 
 
 def gated(nu, law, hph=4.0, R=1.0, limit=9.0):
-    """NIS after a law beyond the limit, and the influence K nu of the sample on what it measures."""
+    """NIS after a law beyond the limit, and the influence K nu of the sample on the measured quantity."""
     o = nu**2 / (hph + R) / limit
     if law == "noise":
         R = o * R

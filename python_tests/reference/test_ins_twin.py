@@ -11,7 +11,7 @@ from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
 
 STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 0.1, 2.0)
-"""What one fix after the other says of itself."""
+"""The stated sigma of each fix in turn."""
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What is released: the rules for binaries, the archives of all platforms, the wheel. dist/ comes from ./run release."""
+"""The release: the rules for binaries, the archives of all platforms, the wheel. dist/ comes from ./run release."""
 
 import re
 import shutil

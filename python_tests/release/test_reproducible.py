@@ -1,4 +1,4 @@
-"""Two releases of a commit are the same bytes, and what a release downloads has the hash that is pinned."""
+"""Two releases of a commit are the same bytes, and each download of a release has its pinned hash."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What stands for many samples on a page: the extremes, at every size."""
+"""A page draws many samples by their extremes, at every size."""
 
 import numpy as np
 import pytest

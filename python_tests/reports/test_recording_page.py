@@ -70,7 +70,7 @@ def test_the_page_stands_alone_and_says_what_it_is_of(page):
 
 
 def test_frames_are_those_of_the_run_and_the_reference_follows(recording):
-    """The same attitude in both frames: what is compared does not depend on the frame."""
+    """The same attitude in both frames: the comparison does not depend on the frame."""
     errors, fields = {}, {}
     for frame in ("ned", "enu"):
         run = recording_run(filtered(recording, navigation_frame=frame), recording)

@@ -1,4 +1,4 @@
-"""Two attitudes compared, and what is drawn of them."""
+"""Two attitudes compared, and the figures that are drawn of them."""
 
 import numpy as np
 import pytest

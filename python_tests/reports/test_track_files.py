@@ -1,4 +1,4 @@
-"""Tracks in files of other programs: what is read back is what was estimated."""
+"""Tracks in files of other programs: the estimate is read back unchanged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulated aircraft of the C library against the NumPy simulator on equal noise, and what a caller meets in Python."""
+"""The simulated aircraft of the C library against the NumPy simulator on equal noise, and the errors that a Python caller gets."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The sensors from Python: what they deliver and when, and that noise belongs to the sample."""
+"""The sensors from Python: their values and times; the noise depends on the sample's number alone."""
 
 import pickle
 

@@ -1,4 +1,4 @@
-"""The study of certificates: damaged recordings get a verdict with its reason, and what costs is announced."""
+"""The study of certificates: damaged recordings get a verdict with its reason, and the cost is announced before the run."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The table of faults: damage that is what it is called, figures that can be counted by hand, rows for all."""
+"""The table of faults: each damage is as named, figures can be counted by hand, every fault has its row."""
 
 from dataclasses import astuple
 

@@ -1,4 +1,4 @@
-"""The study of growth: short samples of what it measures."""
+"""The study of growth: short runs of its measurements."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The table of importers: what a cell of it says."""
+"""The table of importers: the text of each cell."""
 
 import pytest
 

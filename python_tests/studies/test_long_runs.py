@@ -1,4 +1,4 @@
-"""Long runs and random streams: small samples of what the studies do."""
+"""Long runs and random streams: short runs of both studies."""
 
 import re
 import stat

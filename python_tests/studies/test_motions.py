@@ -42,7 +42,7 @@ def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
     assert np.degrees((end * true.inv()).magnitude()) < 0.01
 
 
-def test_the_set_needs_no_folder_and_tells_of_readiness(monkeypatch, tmp_path):
+def test_the_set_needs_no_folder_and_reports_readiness(monkeypatch, tmp_path):
     monkeypatch.delenv("BROAD_DIR", raising=False)
     done = answered(
         main, "--sets", "MOTION", "--seeds", "1-1", "--filters", "ahrs", "--peers", "none", "--csv", tmp_path / "motion.csv"

@@ -38,12 +38,13 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
 // between its prior and the prior shifted by d: exp(+-(l - l0) d / P0 - d^2 (P0 - P) / (2 P0^2)).
 template <class R>
 void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
-    if (!(s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;
     const R prior = sigma_.force_latency * sigma_.force_latency;
+    if (!(prior > 0 && s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;
     const R expected = s.reversed ? -R(options_.start_accel_latency) : R(options_.start_accel_latency);
     const R interval = R(s.spacing_s[gyro] / s.spacing_s[accel]);
-    const R learnt = std::max(R(0), prior - latency_variance) / (2 * prior * prior);
-    const R either = std::cosh((s.force_latency - expected) * interval / prior) * std::exp(-interval * interval * learnt);
+    const R learnt = interval * interval * std::max(R(0), 1 - latency_variance / prior) / (2 * prior);
+    const R moved = (s.force_latency - expected) * interval / prior;
+    const R either = (std::exp(moved - learnt) + std::exp(-moved - learnt)) / 2; // cosh(moved) alone may overflow
     s.wrong_hold = 1 / (1 + (1 - suspected_hold) / (suspected_hold * either));
 }
 

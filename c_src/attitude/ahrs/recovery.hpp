@@ -88,13 +88,19 @@ bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
     return true;
 }
 
-// A direction in navigation axes becomes the vertical.
+// A direction in navigation axes becomes the vertical. The samples gathered since the last correction turn with the attitude.
 template <class R>
 void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
     const Vector3R axis = up.cross(Vector3R(0, 0, -1));
     const Vector3R about = axis.norm() > 0 ? Vector3R(axis.normalized()) : Vector3R(1, 0, 0);
     Eigen::Map<QuaternionR> q(s.x);
-    q = multiply<R>(rotation_quaternion<R>(about * std::atan2(axis.norm(), -up[2])), QuaternionR(q)).normalized();
+    const QuaternionR turn = rotation_quaternion<R>(about * std::atan2(axis.norm(), -up[2]));
+    q = multiply<R>(turn, QuaternionR(q)).normalized();
+    const Matrix3R turned = rotation_matrix<R>(turn);
+    for (R* sum : {s.field_sum, s.turn_sum}) {
+        Eigen::Map<Vector3R> n(sum);
+        n = (turned * n).eval();
+    }
 }
 
 // Attitude and velocity get the prior of a start, uncorrelated with the sensor errors.

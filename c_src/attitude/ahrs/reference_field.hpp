@@ -88,6 +88,8 @@ struct MagneticReference {
             candidate_evidence_s = 0;
             candidate_age_s = T;
         }
+        // A candidate that agrees with the reference is no alternative to it.
+        if (length(candidate_horizontal() - horizontal, mean[2] - down) <= R(o.mag_gate)) candidate_evidence_s = 0;
     }
 
     template <class Options>

@@ -46,10 +46,12 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     const Sigmas& set = sigma_;
     start_covariance(s, {R(0.02), R(0.15), R(1e-3), set.velocity, R(0.03), R(3e-3), R(7e-4), R(7e-4), R(0.2) * set.force_bias,
                          R(0.1), set.declination});
-    // Evidence holds for one direction of time: the last field of a recording may be as wrong as the first.
+    // The reference has been measured in this recording, so a false field at its other end has to contradict that evidence. The trust in
+    // the heading is gathered again.
     const MagneticReference<R> before = s.field;
     s.field = {};
     s.field.changes = before.changes;
+    s.field.evidence_s = s.field.served_s = before.evidence_s;
     s.field_noise.take_in_full();
     s.reference_variance = s.contradicted_s = 0;
     s.motion.forget_velocity();

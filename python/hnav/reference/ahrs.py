@@ -674,11 +674,12 @@ class AhrsReference:
         self.lost = False
 
     def turn_up(self, up: Array) -> None:
-        """A direction in navigation axes becomes the vertical."""
+        """A direction in navigation axes becomes the vertical. The samples gathered since the last correction turn with it."""
         axis = np.cross(up, [0, 0, -1])
         angle = math.atan2(np.linalg.norm(axis), -up[2])
         axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
-        self.R_bn = exp(axis * angle) @ self.R_bn
+        turn = exp(axis * angle)
+        self.R_bn, self.field_sum, self.turn_sum = turn @ self.R_bn, turn @ self.field_sum, turn @ self.turn_sum
 
     # ----------------------------------------------------------------------------------------- outputs
 

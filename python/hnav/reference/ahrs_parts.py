@@ -370,6 +370,8 @@ class MagneticReference:
             self.candidate = self.candidate + weight * (field_n - self.candidate)
         else:
             self.candidate, self.candidate_evidence_s, self.candidate_age_s = field_n, 0.0, T
+        if np.linalg.norm(intensities_of(self.candidate) - reference) <= o.mag_gate:
+            self.candidate_evidence_s = 0.0  # it agrees with the reference: no alternative
 
     def candidate_unit(self) -> float:
         """A reference learnt inside a shield or beside a magnet has the wrong strength as its unit: then the strength of the candidate."""

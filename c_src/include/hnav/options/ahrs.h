@@ -172,7 +172,7 @@ typedef struct hnav_ahrs_options {
      * [0, 1e6] s, default 1.6. A false first sample is replaced soon; a single outlier is not enough. */
     double candidate_first_s;
     /* Share of the reference's evidence with which a candidate replaces it.
-     * [0, 1e6], default 0.4. A change of place is detected before as much time has passed there; choose more if the place
+     * [0, 1e6], default 0.5. A change of place is detected before as much time has passed there; choose more if the place
      * changes often. */
     double candidate_share;
     /* Evidence after which a new field no longer turns the heading.
