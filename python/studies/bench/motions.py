@@ -154,7 +154,9 @@ def motion(kind: str, seed: int) -> Recording:
     reference = (ENU * attitude).as_quat(scalar_first=True)
     aids = {}
     if kind in ALONG_X:
-        aids["speed"] = _measured_speed(np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1))
+        aids["speed"] = _measured_speed(
+            np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
+        )
     return Recording(f"{kind} {seed}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
 
 
