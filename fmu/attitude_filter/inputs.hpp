@@ -44,7 +44,7 @@ private:
             const char *sigma = nullptr, *sigma_text = nullptr; // of an aid
             double sigma_start = 0;
         };
-        constexpr Described described[] = {
+        static constexpr Described described[] = {
             {"gyro", "rate", "rad/s", "deg/s", "Angular rate in sensor axes", {0, 0, 0}},
             {"accel",
              "force",
