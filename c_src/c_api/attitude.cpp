@@ -16,6 +16,7 @@ hnav_status EveryAttitude::take(int sensor, double t_s, const double* value) {
     auto* self = static_cast<AttitudeObject*>(this);
     if (sensor < heading) return push_vector(self, t_s, value, sensor);
     if (sensor == heading) return push_heading(self, t_s, value[0], value[1]);
+    if (sensor == speed) return push_speed(self, t_s, value[0], value[1]);
     return fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sensor));
 }
 
@@ -76,7 +77,7 @@ hnav_status EveryAttitude::covariance(double* P) const {
 }
 
 hnav_status EveryAttitude::innovation(int sensor, hnav_innovation* out) const {
-    if (sensor >= channel_count) return fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sensor));
+    if (sensor >= sensors) return fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sensor));
     const auto& i = last_innovation(sensor);
     if (std::isnan(i.t_s)) return fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
     out->t_s = stamp_of(i.t_s);

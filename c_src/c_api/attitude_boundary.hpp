@@ -13,6 +13,8 @@ using At = EveryAttitude::At;
 
 constexpr double min_direction_length = 1e-15; // smallest length of force and field, in any unit
 constexpr double min_heading_sigma_rad = 1e-7; // the square of a smaller one is lost in the rounding of a covariance of 1 rad^2
+constexpr double min_speed_sigma_m_s = 1e-3; // no sensor of speed is better
+constexpr double max_speed_m_s = 1e4; // of anything in the air
 constexpr double near_singular_pitch = 85 * M_PI / 180;
 
 inline bool finite(const double* v, int n) {
@@ -66,24 +68,43 @@ inline hnav_status push(AttitudeObject* f, const AttitudeSample& sample) {
     return queued(f, f->push(sample), sensor_name(sample.channel), sample.t_s, f->late_limit_s());
 }
 
-// True heading of body x.
-inline hnav_status push_heading(AttitudeObject* f, double t_s, double heading_rad, double sigma_rad) {
-    if (!std::isfinite(t_s) || !std::isfinite(heading_rad) || !std::isfinite(sigma_rad)) {
+// An aid: a value and its sigma, named as in the C API. max: of the size of the value.
+inline hnav_status check_aid(AttitudeObject* f, double t_s, int channel, double value, double sigma, const char* sigma_name,
+                             double max) {
+    if (!std::isfinite(t_s) || !std::isfinite(value) || !std::isfinite(sigma)) {
         f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_NON_FINITE, "heading sample at t = %g s is not finite: heading %g, sigma %g", t_s, heading_rad,
-                       sigma_rad);
+        return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: %s %g, sigma %g", sensor_name(channel), t_s,
+                       sensor_name(channel), value, sigma);
     }
     if (std::fabs(t_s) > max_time_s) {
         f->refuse_non_finite();
         return check_time(f, t_s);
     }
-    if (!(sigma_rad > 0) || sigma_rad > max_reading) {
+    if (!(sigma > 0) || sigma > max_reading) {
         f->refuse_non_finite();
-        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "sigma_rad = %g of the heading sample at t = %g s must be above 0", sigma_rad,
-                       t_s);
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s = %g of the %s sample at t = %g s must be above 0", sigma_name, sigma,
+                       sensor_name(channel), t_s);
     }
+    if (std::fabs(value) > max) {
+        f->refuse_non_finite();
+        return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s is %g, beyond %g", sensor_name(channel), t_s, value, max);
+    }
+    return HNAV_OK;
+}
+
+// True heading of body x.
+inline hnav_status push_heading(AttitudeObject* f, double t_s, double heading_rad, double sigma_rad) {
+    const hnav_status status = check_aid(f, t_s, heading, heading_rad, sigma_rad, "sigma_rad", HUGE_VAL);
+    if (status != HNAV_OK) return status;
     const double magnetic = wrap_angle(Scalar(heading_rad - f->frames.declination_rad));
     return push(f, {clock_time(t_s), heading, {magnetic, std::fmax(sigma_rad, min_heading_sigma_rad), 0}});
+}
+
+// Along body x.
+inline hnav_status push_speed(AttitudeObject* f, double t_s, double speed_m_s, double sigma_m_s) {
+    const hnav_status status = check_aid(f, t_s, speed, speed_m_s, sigma_m_s, "sigma_m_s", max_speed_m_s);
+    if (status != HNAV_OK) return status;
+    return push(f, {clock_time(t_s), speed, {speed_m_s, std::fmax(sigma_m_s, min_speed_sigma_m_s), 0}});
 }
 
 inline hnav_status push_vector(AttitudeObject* f, double t_s, const double* value, int channel) {

@@ -12,23 +12,32 @@ namespace {
 // A sample of NaN in all three components, or none.
 bool is_missing(const double* v) { return !v || (std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2])); }
 
-// One row of a batch with a checked time: NaN in all three components is a missing sample. Samples that push refuses for their
-// value are counted, and the recording continues without them, as a stream does.
-hnav_status push_row(AttitudeObject* f, double t_s, const double* value, int channel) {
-    if (is_missing(value)) return HNAV_OK;
-    const hnav_status status = push_vector(f, t_s, value, channel);
+// The samples of a row; null: none.
+struct Samples {
+    const double *rate, *force, *field;
+    double speed, speed_sigma; // NaN: none
+};
+
+// Samples that push refuses for their value are counted, and the recording continues without them, as a stream does.
+hnav_status unless_dropped(hnav_status status) {
     const bool dropped = status == HNAV_ERROR_NON_FINITE || status == HNAV_ERROR_ZERO_VECTOR || status == HNAV_ERROR_OUT_OF_RANGE;
     return dropped ? HNAV_OK : status;
 }
 
-// A row of valid samples, the usual case. False: nothing was taken.
-bool push_whole_row(AttitudeObject* f, double t_s, const double* rate, const double* force, const double* field) {
+// One row of a batch with a checked time: NaN in all three components is a missing sample.
+hnav_status push_row(AttitudeObject* f, double t_s, const double* value, int channel) {
+    return is_missing(value) ? HNAV_OK : unless_dropped(push_vector(f, t_s, value, channel));
+}
+
+// A row of valid samples without an aid, the usual case. False: nothing was taken.
+bool push_whole_row(AttitudeObject* f, double t_s, const Samples& of) {
+    if (!std::isnan(of.speed)) return false;
     AttitudeEvent event;
     event.t_s = clock_time(t_s);
     event.present = 0;
     const Vector3 nothing = Vector3::Zero();
-    store(nothing, event.value[heading]);
-    const double* const rows[] = {rate, force, field};
+    for (const int c : {heading, speed}) store(nothing, event.value[c]);
+    const double* const rows[] = {of.rate, of.force, of.field};
     for (const int c : {gyro, accel, mag}) {
         const double* v = rows[c];
         const double size = v ? std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]) : hnav::nan;
@@ -97,15 +106,22 @@ hnav_status in_row(AttitudeObject* f, hnav_status status, size_t i) {
     return f->fail(status, "row %zu: %.200s", i, reason);
 }
 
-hnav_status take_row(AttitudeObject* f, double t_s, const double* rate, const double* force, const double* field) {
+hnav_status take_row(AttitudeObject* f, double t_s, const Samples& of) {
     if (const hnav_status status = check_time(f, t_s)) return status;
-    if (push_whole_row(f, t_s, rate, force, field)) return advanced(f, t_s, f->advance_row(clock_time(t_s)));
-    hnav_status status = push_row(f, t_s, rate, gyro);
-    if (status == HNAV_OK) status = push_row(f, t_s, force, accel);
-    if (status == HNAV_OK) status = push_row(f, t_s, field, mag);
+    if (push_whole_row(f, t_s, of)) return advanced(f, t_s, f->advance_row(clock_time(t_s)));
+    hnav_status status = push_row(f, t_s, of.rate, gyro);
+    if (status == HNAV_OK) status = push_row(f, t_s, of.force, accel);
+    if (status == HNAV_OK) status = push_row(f, t_s, of.field, mag);
+    if (status == HNAV_OK && !std::isnan(of.speed)) status = unless_dropped(push_speed(f, t_s, of.speed, of.speed_sigma));
     if (status != HNAV_OK) return status;
-    const bool empty = is_missing(rate) && is_missing(force) && is_missing(field);
+    const bool empty = is_missing(of.rate) && is_missing(of.force) && is_missing(of.field) && std::isnan(of.speed);
     return advanced(f, t_s, empty ? f->advance(clock_time(t_s)) : f->advance_row(clock_time(t_s)));
+}
+
+Samples samples_of(const hnav_run_input& in, size_t i) {
+    const bool with_speed = in.speed_m_s && in.speed_sigma_m_s;
+    return {row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i), with_speed ? in.speed_m_s[i] : hnav::nan,
+            with_speed ? in.speed_sigma_m_s[i] : hnav::nan};
 }
 
 // ------------------------------------------------------------------------------------------------ smoothing
@@ -127,7 +143,9 @@ public:
         double signed_rate[3];
         for (int k = 0; rate && k < 3; ++k) signed_rate[k] = rate_sign * rate[k];
         before_s_ = filter_->newest_time_s();
-        status_ = take_row(filter_, t_s, rate ? signed_rate : nullptr, row(input_.force_b_m_s2, i), row(input_.field_b_tesla, i));
+        Samples samples = samples_of(input_, i);
+        samples.rate = rate ? signed_rate : nullptr;
+        status_ = take_row(filter_, t_s, samples);
         if (status_ != HNAV_OK) status_ = in_row(filter_, status_, i);
         return status_ == HNAV_OK;
     }
@@ -185,6 +203,7 @@ hnav_status check_arrays(AttitudeObject* filter, size_t n, const hnav_run_input*
     REQUIRE_STRUCT(filter, input, hnav_run_input);
     REQUIRE_STRUCT(filter, output, hnav_run_output);
     if (n > 0) REQUIRE(filter, input->t_s);
+    if (input->speed_m_s) REQUIRE(filter, input->speed_sigma_m_s);
     return HNAV_OK;
 }
 
@@ -203,7 +222,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
         const double before_s = wants_course ? object->newest_time_s() : 0;
-        status = take_row(object, in.t_s[i], row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i));
+        status = take_row(object, in.t_s[i], samples_of(in, i));
         if (status != HNAV_OK) return in_row(object, status, i);
         if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);

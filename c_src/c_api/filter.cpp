@@ -6,8 +6,8 @@
 using hnav::hand_out;
 
 const char* hnav::sensor_name(int sensor) {
-    static constexpr const char* names[] = {"gyro",  "accel",    "mag",      "heading", "rest",
-                                            "speed", "pressure", "velocity", "position"};
+    static constexpr const char* names[] = {"gyro", "accel",    "mag",      "heading", "speed",
+                                            "rest", "pressure", "velocity", "position"};
     static_assert(sizeof names / sizeof *names == HNAV_SENSOR_COUNT);
     return names[sensor];
 }

@@ -83,8 +83,8 @@ hnav_status check_values(InsObject* f, double t_s, int sensor, const double* val
 namespace hnav::ins_boundary {
 
 int channel_of(int sensor) {
-    static constexpr int channels[] = {ins::imu,   ins::imu,      ins::field,    ins::heading, ins::rest,
-                                       ins::speed, ins::pressure, ins::velocity, ins::position};
+    static constexpr int channels[] = {ins::imu,  ins::imu,      ins::field,    ins::heading, ins::speed,
+                                       ins::rest, ins::pressure, ins::velocity, ins::position};
     static_assert(sizeof channels / sizeof *channels == HNAV_SENSOR_COUNT);
     return channels[sensor];
 }

@@ -713,11 +713,14 @@ private:
     // known one it writes a loop over single numbers, which takes three times as long. In pieces, because above 4 kB the library
     // switches to string instructions, which begin slowly.
     void copy(State& to, const State& from) const {
-        constexpr std::size_t piece = 2048;
-        auto* const target = reinterpret_cast<unsigned char*>(&to);
-        const auto* const source = reinterpret_cast<const unsigned char*>(&from);
-        for (std::size_t done = 0; done < state_bytes_; done += piece)
-            std::memcpy(target + done, source + done, std::min(piece, state_bytes_ - done));
+        constexpr std::size_t longest = 4032;
+        if constexpr (sizeof(State) <= longest) std::memcpy(static_cast<void*>(&to), &from, state_bytes_);
+        else copy_in_pieces(&to, &from, longest);
+    }
+    void copy_in_pieces(void* to, const void* from, std::size_t longest) const {
+        for (std::size_t done = 0; done < state_bytes_; done += longest)
+            std::memcpy(static_cast<unsigned char*>(to) + done, static_cast<const unsigned char*>(from) + done,
+                        std::min(longest, state_bytes_ - done));
     }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {

@@ -112,11 +112,11 @@ namespace {
 // While the heading is unknown, GNSS does not observe the gyro bias about the vertical. Tilts and velocities that were linearised about
 // different headings only make it look observable. The bias is therefore a consider state: its variance is kept, and its correlations
 // correct the other states (Schmidt).
-void leave_vertical_bias(const State& s, const Covariance& before, Covariance& after, double* error) {
+void leave_vertical_bias(const State& s, const Matrix3& before, Covariance& after, double* error) {
     constexpr double any_rad = 1;
     if (!(s.circle.spread_rad > any_rad)) return;
     const Vector3 vertical_b = attitude(s).row(2).transpose();
-    const double learnt = vertical_b.dot((before.block(row_gyro, row_gyro) - after.block(row_gyro, row_gyro)) * vertical_b);
+    const double learnt = vertical_b.dot((before - after.block(row_gyro, row_gyro)) * vertical_b);
     const Matrix3 kept = std::fmax(0, learnt) * vertical_b * vertical_b.transpose();
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) after[row_gyro + i][row_gyro + j] += kept(i, j);
@@ -156,8 +156,8 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
 }
 
 // Applies a correction while the heading is unknown.
-void Model::take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const {
-    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);
+void Model::take_free(State& s, const Matrix3& gyro_before, Covariance& P, const Measurement& m, double* error) const {
+    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, gyro_before, P, error);
     for (int i = 0; i < errors; ++i) s.mean[i] += error[i];
     centre(s, P, is_absolute(m) || m.channel == field || m.channel == speed);
 }

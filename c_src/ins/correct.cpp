@@ -47,8 +47,7 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
 
 namespace {
 
-void note_innovation(State& s, const Event& event, const Measurement& m, const Covariance& P, const double* mean,
-                     const Correction& c) {
+void note_innovation(State& s, const Event& event, const Measurement& m, const Covariance& P, const Correction& c) {
     Innovation& i = s.innovation[m.channel];
     i = {};
     i.t_s = event.t_s;
@@ -61,8 +60,9 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
         i.variance[k] = m.R[k] / m.scale; // before inflation by a gate
         for (int a = 0; a < P.n; ++a) {
             if (m.H[k][a] == 0) continue;
-            i.value[k] -= m.H[k][a] * mean[a];
-            for (int b = 0; b < P.n; ++b) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
+            i.value[k] -= m.H[k][a] * s.mean[a];
+            for (int b = 0; b < P.n; ++b)
+                if (m.H[k][b] != 0) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
         }
     }
 }
@@ -91,27 +91,17 @@ void Model::note_gain(State& s, int channel, const Spread& before, const Spread&
 
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
     const Spread before = spread(s, P);
-    double mean[errors];
-    for (int i = 0; i < errors; ++i) mean[i] = s.mean[i];
-    const Covariance prior = P;
-    Correction c = corrected(P, mean, m, options_.gate_nis);
-    if (!c.sound) {
-        P = prior;
-        return;
-    }
-    // A difference has the rounding error of its minuend: no variance is allowed to be smaller.
-    constexpr double rounding = 1e-14;
-    for (int i = 0; i < P.n; ++i) P[i][i] = std::fmax(P[i][i], rounding * prior[i][i]);
-    note_innovation(s, event, m, prior, mean, c);
+    Correction c = correction_by(m, P, s.mean, options_.gate_nis);
+    if (!c.sound) return;
+    note_innovation(s, event, m, P, c);
     if (is_absolute(m)) note_fit(s, event, m, c);
-    if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) {
-        P = prior;
-        return;
-    }
+    if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) return;
     if (is_absolute(m)) note_steps(s, m, c);
     if (is_absolute(m) && m.channel == ins::rest)
         for (int i = 0; i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
-    if (is_free(s)) take_free(s, prior, P, m, c.error);
+    const Matrix3 gyro_before = P.block(row_gyro, row_gyro);
+    reduce(P, c, m.rows);
+    if (is_free(s)) take_free(s, gyro_before, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
     note_gain(s, m.channel, before, after);

@@ -10,68 +10,63 @@ namespace {
 
 template <int m, int n>
 struct Projected {
-    alignas(16) double PHt[m][row_length] = {}, HB[m][responses] = {};
+    Correction& c;
     Square<m> known; // H P H'
     Eigen::Matrix<double, m, 1> r;
 
-    Projected(const Covariance& P, const double* mean, const Measurement& given) {
+    Projected(const Covariance& P, const double* mean, const Measurement& given, Correction& into) : c(into) {
+        double seen[m] = {}; // H mean
+        known.setZero();
         for (int k = 0; k < m; ++k)
             for (int i = 0; i < n; ++i) {
-                if (given.H[k][i] == 0) continue;
-                for (int j = 0; j < n; ++j) PHt[k][j] += given.H[k][i] * P[i][j];
-                for (int j = 0; j < responses; ++j) HB[k][j] += given.H[k][i] * P.response[i][j];
+                const double h = given.H[k][i];
+                if (h == 0) continue;
+                for (int j = 0; j < n; ++j) c.PHt[k][j] += h * P[i][j];
+                for (int j = 0; j < responses; ++j) c.HB[k][j] += h * P.response[i][j];
+                seen[k] += h * mean[i];
             }
         for (int k = 0; k < m; ++k) {
-            r[k] = given.r[k] - dot(given.H[k], mean);
-            for (int l = 0; l < m; ++l) known(k, l) = dot(given.H[k], PHt[l]);
+            r[k] = given.r[k] - seen[k];
+            for (int i = 0; i < n; ++i) {
+                if (given.H[k][i] == 0) continue;
+                for (int l = 0; l < m; ++l) known(k, l) += given.H[k][i] * c.PHt[l][i];
+            }
         }
         symmetrise<m>(known);
     }
 
-    static double dot(const double* a, const double* b) {
-        double sum = 0;
-        for (int i = 0; i < n; ++i) sum += a[i] * b[i];
-        return sum;
-    }
-
-    // P <- P - PHt S^-1 PHt', error = PHt S^-1 r
-    void update(const Cholesky<m>& S, Covariance& P, Correction& c) const {
+    // gain = PHt S^-1, error = gain r
+    void solve(const Cholesky<m>& S) const {
         Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
         symmetrise<m>(inverse);
-        if (m == 3) note_steps(inverse, c);
+        if (m == 3) note_steps(inverse);
         for (int k = 0; k < m; ++k) {
-            alignas(16) double gain[row_length] = {};
             for (int l = 0; l < m; ++l)
-                for (int i = 0; i < n; ++i) gain[i] += inverse(k, l) * PHt[l][i];
-            for (int i = 0; i < n; ++i) {
-                c.error[i] += gain[i] * r[k];
-                if (gain[i] == 0) continue;
-                for (int j = 0; j < n; ++j) P[i][j] -= gain[i] * PHt[k][j];
-                for (int j = 0; j < responses; ++j) P.response[i][j] -= gain[i] * HB[k][j];
-            }
+                for (int i = 0; i < n; ++i) c.gain[k][i] += inverse(k, l) * c.PHt[l][i];
+            for (int i = 0; i < n; ++i) c.error[i] += c.gain[k][i] * r[k];
         }
     }
 
-    void note_steps(const Square<m>& inverse, Correction& c) const {
-        const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(HB[0]);
+    void note_steps(const Square<m>& inverse) const {
+        const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(c.HB[0]);
         for (int w = 0; w < step_windows; ++w) {
             const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step),
                                                      weighted = inverse * one;
-            Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose() * weighted;
+            Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose().lazyProduct(weighted);
             Eigen::Map<Eigen::Matrix<double, may_step, 1>>(c.steps[w].sum) = weighted.transpose() * r;
         }
     }
 };
 
 template <int m, int n>
-Correction correct(Covariance& P, const double* mean, const Measurement& given, double gate_nis) {
-    const Projected<m, n> of(P, mean, given);
+Correction correction_by(const Measurement& given, const Covariance& P, const double* mean, double gate_nis) {
+    Correction result{};
+    const Projected<m, n> of(P, mean, given, result);
     const auto total = [&](double known, double noise) {
         Square<m> S = known * of.known;
         for (int k = 0; k < m; ++k) S(k, k) += noise * given.R[k];
         return Cholesky<m>(S);
     };
-    Correction result{};
     Cholesky<m> S = total(1, 1);
     result.sound = S.positive();
     if (!result.sound) return result;
@@ -79,7 +74,7 @@ Correction correct(Covariance& P, const double* mean, const Measurement& given, 
     const double over = given.gated ? beyond_gate(result.nis, gate_nis) : 1;
     result.scale = over * over; // redescending
     if (over > 1) S = total(over, result.scale);
-    of.update(S, P, result);
+    of.solve(S);
     return result;
 }
 
@@ -102,17 +97,34 @@ void turn_rows(Covariance& P, int row, const Matrix3& C) {
     }
 }
 
-Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis) {
+Correction correction_by(const Measurement& m, const Covariance& P, const double* mean, double gate_nis) {
     const double gate = gate_for_rows(m.rows, gate_nis);
     Correction c = with_rows(P.n, [&](auto n) {
-        if (m.rows == 1) return correct<1, n>(P, mean, m, gate);
-        return m.rows == 2 ? correct<2, n>(P, mean, m, gate) : correct<3, n>(P, mean, m, gate);
+        if (m.rows == 1) return correction_by<1, n>(m, P, mean, gate);
+        return m.rows == 2 ? correction_by<2, n>(m, P, mean, gate) : correction_by<3, n>(m, P, mean, gate);
     });
     if (m.nis >= 0) {
         c.nis = m.nis;
         c.scale = m.scale;
     }
     return c;
+}
+
+void reduce(Covariance& P, const Correction& c, int rows) {
+    // A difference has the rounding error of its minuend: no variance is allowed to be smaller.
+    constexpr double rounding = 1e-14;
+    with_rows(P.n, [&](auto n) {
+        double least[n];
+        for (int i = 0; i < n; ++i) least[i] = rounding * P[i][i];
+        for (int k = 0; k < rows; ++k)
+            for (int i = 0; i < n; ++i) {
+                const double gain = c.gain[k][i];
+                if (gain == 0) continue;
+                for (int j = 0; j < n; ++j) P[i][j] -= gain * c.PHt[k][j];
+                for (int j = 0; j < responses; ++j) P.response[i][j] -= gain * c.HB[k][j];
+            }
+        for (int i = 0; i < n; ++i) P[i][i] = std::fmax(P[i][i], least[i]);
+    });
 }
 
 } // namespace hnav::ins

@@ -98,16 +98,20 @@ struct Measurement {
     }
 };
 
-// Result of a correction. nis: before the gate; scale: factor on the noise variance, above 1 if the gate inflated it.
+// What a measurement would change. nis: before the gate; scale: factor on the noise variance, above 1 if the gate inflated it.
 struct Correction {
     double nis, scale;
     bool sound;
     double error[errors];
     StepEvidence<may_step> steps[step_windows]; // of three rows
+    // Rows of P H' and its S^-1 multiple, and of the response of H error.
+    alignas(16) double PHt[3][row_length], gain[3][row_length], HB[3][responses];
 };
 
 // mean: of the error before the correction. The gate inflates the noise of a sample beyond it, so that its influence decreases
 // (redescending).
-Correction corrected(Covariance& P, const double* mean, const Measurement& m, double gate_nis);
+Correction correction_by(const Measurement& m, const Covariance& P, const double* mean, double gate_nis);
+// Corrects the covariance and the responses.
+void reduce(Covariance& P, const Correction& c, int rows);
 
 } // namespace hnav::ins

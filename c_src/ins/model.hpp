@@ -196,7 +196,7 @@ private:
         double heading, tilt, velocity, position;
     };
     Spread spread(const State& s, const Covariance& P) const;
-    void take_free(State& s, const Covariance& before, Covariance& P, const Measurement& m, double* error) const;
+    void take_free(State& s, const Matrix3& gyro_before, Covariance& P, const Measurement& m, double* error) const;
     void weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;

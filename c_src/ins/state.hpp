@@ -208,7 +208,7 @@ struct State {
     Glide glide;
     double last_s[channel_count]; // time of the newest sample
     double last_event_s, usual_interval_s, last_correction_s;
-    double field_until_s, field_used_s; // newest sample in the mean of the field, NaN: there is none; the last one that corrected
+    double field_until_s, field_used_s; // newest sample in the mean of the field, NaN: there is none; newest that corrected
     std::uint64_t used[channel_count];
     std::uint64_t gap_too_long;
 

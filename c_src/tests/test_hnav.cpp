@@ -384,7 +384,7 @@ TEST(Law, ABatchRunIsPushAndAdvanceRowByRow) {
         }
     }
     Handle batch(precise()), single(precise());
-    const hnav_run_input input{sizeof(hnav_run_input), t.data(), rate.data(), force.data(), field.data()};
+    const hnav_run_input input{sizeof(hnav_run_input), t.data(), rate.data(), force.data(), field.data(), nullptr, nullptr};
     auto output = hnav_sized<hnav_run_output>();
     output.q_nb = q.data();
     output.mag_nis = nis.data();
@@ -748,7 +748,7 @@ TEST(BadInput, CreateRefusesWhatNoDefaultsCallHasStamped) {
 TEST(BadInput, ARunStopsAtTheRowThatIsWrongAndNamesIt) {
     Handle f(defaults());
     const double t[3] = {0, 1, 0.5}, force[9] = {0, 0, -9.81, 0, 0, -9.81, 0, 0, -9.81};
-    const hnav_run_input input{sizeof(hnav_run_input), t, nullptr, force, nullptr};
+    const hnav_run_input input{sizeof(hnav_run_input), t, nullptr, force, nullptr, nullptr, nullptr};
     const auto output = hnav_sized<hnav_run_output>();
     size_t done;
     EXPECT_EQ(hnav_filter_run(f, 3, &input, &output, &done), HNAV_ERROR_LATE_SAMPLE);

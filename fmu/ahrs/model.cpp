@@ -17,6 +17,7 @@ struct Ahrs : KindOf<hnav_ahrs_options, hnav_ahrs_defaults, list, hnav_ahrs_crea
         true,
         HNAV_FMU_ARRAYS != 0,
         HNAV_FMU_CLOCKS != 0};
+    static constexpr int sensors = HNAV_SENSOR_SPEED + 1;
     static constexpr int accel_dimension = 2;
     static constexpr const char* accel_unit = "m/s";
     static constexpr bool has_field = true;

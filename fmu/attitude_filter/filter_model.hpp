@@ -12,7 +12,8 @@ namespace hnav::fmu {
 
 using AttitudeCalls = FilterCalls<hnav_filter_snapshot_size, hnav_filter_take_snapshot, hnav_filter_restore_snapshot>;
 
-struct FilterMemory : EstimateMemory<Inputs::sensors> {
+template <int sensors>
+struct FilterMemory : EstimateMemory<sensors> {
     double start_s;
     double realign_level;
     double was_realigned; // in Model Exchange: the importer's states are still to be
@@ -22,13 +23,15 @@ struct FilterMemory : EstimateMemory<Inputs::sensors> {
 };
 
 template <class Kind>
-class FilterModel final : public EstimateModel<AttitudeCalls, FilterMemory> {
-    using Base = EstimateModel<AttitudeCalls, FilterMemory>;
+class FilterModel final : public EstimateModel<AttitudeCalls, FilterMemory<Kind::sensors>> {
+    using Base = EstimateModel<AttitudeCalls, FilterMemory<Kind::sensors>>;
+    using Inputs = fmu::Inputs<Kind::sensors>;
+    using Base::done, Base::get_states, Base::make, Base::memory_, Base::object_, Base::pushed, Base::restart, Base::take_reset;
 
 public:
     void describe(Table& table) override {
         table.add(rows::time());
-        in_.describe<Kind>(table);
+        in_.template describe<Kind>(table);
         out_.describe<Kind>(table);
         StateRows::add_to(table, Kind::describe_states);
     }
@@ -127,7 +130,8 @@ private:
         case HNAV_SENSOR_GYRO: memory_.units.take_rate(t_s, value); return hnav_filter_push_gyro(object_, t_s, value);
         case HNAV_SENSOR_ACCEL: memory_.units.take_force(value); return hnav_filter_push_accel(object_, t_s, value);
         case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
-        default: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
+        case HNAV_SENSOR_HEADING: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
+        default: return hnav_filter_push_speed(object_, t_s, value[0], value[1]);
         }
     }
 

@@ -6,12 +6,12 @@
 
 namespace hnav::fmu {
 
-// Their rows in the table.
+// Their rows in the table. sensors: those that the FMU has inputs for, the first of hnav_sensor.
+template <int sensors>
 struct Inputs {
-    static constexpr int sensors = HNAV_SENSOR_HEADING + 1; // sensors that the FMU has inputs for
-    static constexpr const char* periods[sensors] = {"gyro.period", "accel.period", "mag.period", "aid.period"};
-    static constexpr const char* counters[sensors] = {"gyro.sample", "accel.sample", "mag.sample", "aid.sample"};
-    SensorRows sensor[sensors]; // value: three components; of the heading aid: heading, sigma
+    static constexpr const char* periods[] = {"gyro.period", "accel.period", "mag.period", "aid.period", "wheel.period"};
+    static constexpr const char* counters[] = {"gyro.sample", "accel.sample", "mag.sample", "aid.sample", "wheel.sample"};
+    SensorRows sensor[sensors]; // value: three components; of an aid: its value, sigma
     int reset, realign;
     int preset; // -1: there is one set of defaults, and no choice
     int sampling_mode; // -1: clocks tick
@@ -41,8 +41,10 @@ private:
         struct Described {
             const char *prefix, *value, *unit, *display, *text;
             double start[3];
+            const char *sigma = nullptr, *sigma_text = nullptr; // of an aid
+            double sigma_start = 0;
         };
-        constexpr Described described[] = {
+        static constexpr Described described[] = {
             {"gyro", "rate", "rad/s", "deg/s", "Angular rate in sensor axes", {0, 0, 0}},
             {"accel",
              "force",
@@ -51,16 +53,31 @@ private:
              "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)",
              {0, 0, -9.80665}},
             {"mag", "field", "T", "uT", "Magnetic field in sensor axes", {2e-5, 0, 4.5e-5}},
-            {"aid", "heading", "rad", "deg", "True heading of body x, clockwise from north", {0, 0, 0}},
+            {"aid",
+             "heading",
+             "rad",
+             "deg",
+             "True heading of body x, clockwise from north",
+             {0, 0, 0},
+             "heading_sigma",
+             "Standard deviation of the heading",
+             0.05},
+            {"wheel",
+             "speed",
+             "m/s",
+             "",
+             "Speed along body x, by GNSS, wheels or airspeed, of a body that moves where body x points",
+             {0, 0, 0},
+             "sigma",
+             "Standard deviation of the speed",
+             0.1},
         };
         const Described& d = described[s];
-        const bool aid = s == HNAV_SENSOR_HEADING;
+        const bool aid = d.sigma;
         SensorRows& at = sensor[s];
         const Variable v = rows::input(rows::Name(d.prefix, d.value), d.unit, d.display, 0, d.text);
         at.value = aid ? table.add(v) : table.add_vector(v, 3);
-        if (aid)
-            table.add(
-                rows::input(rows::Name(d.prefix, "heading_sigma"), "rad", "deg", 0.05, "Standard deviation of the heading"));
+        if (aid) table.add(rows::input(rows::Name(d.prefix, d.sigma), d.unit, d.display, d.sigma_start, d.sigma_text));
         else
             for (int i = 0; i < 3; ++i) table.row(at.value + i).start = d.start[i];
         at.add_marks(table, d.prefix, !aid);

@@ -1,6 +1,7 @@
 // What differs between the attitude filters. A Kind is a KindOf and beside it
 //     static constexpr ModelInfo info
 //     static constexpr int accel_dimension, accel_unit      of the innovation of force
+//     static constexpr int sensors                          that have inputs, the first of hnav_sensor
 //     static constexpr bool has_field                       outputs of the magnetic reference and the gyro calibration
 //     static constexpr bool reholds                         Model Exchange can take the backward gyro hold
 #pragma once

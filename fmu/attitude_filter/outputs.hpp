@@ -32,6 +32,7 @@ public:
         describe_sensor<HNAV_SENSOR_ACCEL, Kind::accel_dimension>(table, "accel", Kind::accel_unit, "");
         describe_sensor<HNAV_SENSOR_MAG, 3>(table, "mag", "", "");
         describe_sensor<HNAV_SENSOR_HEADING, 1>(table, "heading", "rad", "deg");
+        if constexpr (Kind::sensors > HNAV_SENSOR_SPEED) describe_sensor<HNAV_SENSOR_SPEED, 2>(table, "wheel", "m/s", "");
         describe_diagnostics(table);
         describe_health(table);
         describe_covariance(table);
@@ -53,7 +54,7 @@ public:
             if (hnav_filter_posterior(filter, p) != HNAV_OK) hnav_filter_gyro_bias(filter, p->gyro_bias_rad_s, p->sigma + 3);
             if (!std::isfinite(p->t_s)) p->t_s = start_s;
         });
-        for (int s = HNAV_SENSOR_ACCEL; s <= HNAV_SENSOR_HEADING; ++s)
+        for (int s = HNAV_SENSOR_ACCEL; s <= HNAV_SENSOR_SPEED; ++s)
             innovation_[s].refresh(groups, values, [&](hnav_innovation* i) {
                 *i = hnav_sized<hnav_innovation>();
                 i->accepted = 1;
@@ -344,7 +345,7 @@ private:
     Outputs<hnav_attitude, attitude_group> attitude_;
     Outputs<Bias, bias_group> bias_;
     Outputs<hnav_posterior, posterior_group> posterior_;
-    Innovation innovation_[HNAV_SENSOR_HEADING + 1]; // none of the gyro
+    Innovation innovation_[HNAV_SENSOR_SPEED + 1]; // none of the gyro
     Outputs<Covariance, covariance_group> covariance_;
     Outputs<Diagnostics, diagnostics_group, 32> diagnostics_;
     Outputs<Health, health_group, 32> health_;

@@ -11,6 +11,7 @@ struct Hrekf : KindOf<hnav_hrekf_options, hnav_hrekf_defaults, list, hnav_hrekf_
                                        "Hybrid (robust) extended Kalman filter: attitude, heading and gyro bias from gyroscope, "
                                        "accelerometer and magnetometer",
                                        Experiment{0.01, 10}, States{14, 4}};
+    static constexpr int sensors = HNAV_SENSOR_HEADING + 1;
     static constexpr int accel_dimension = 3;
     static constexpr const char* accel_unit = "";
     static constexpr bool has_field = false;

@@ -1,4 +1,4 @@
-"""Satellites, pressure and wheels are the same samples in every shape of file, and never a reason to refuse inertial sensors."""
+"""Satellites, pressure, wheels and headings are the same samples in every shape of file, and never a reason to refuse inertial sensors."""
 
 import struct
 import zipfile
@@ -8,6 +8,7 @@ import pytest
 
 import recorded
 from hnav import read
+from hnav.filters.ins_recording import aids_of
 from hnav.io.aids import arrived_within
 from hnav.io.plausibility import check_aids
 from hnav.io.readers import read_aids
@@ -63,7 +64,8 @@ def test_columns_are_known_by_their_usual_names(tmp_path, motion, header):
 @pytest.mark.parametrize("name, role, unit", [
     ("baro_hPa", "pressure_pa", "hPa"), ("wheel_speed_km_h", "speed_m_s", "km/h"), ("hAcc", "sigma_h", None), ("climb_rate", "vd", None),
     ("lat_1e7", "lat_deg", "1e7deg"), ("airspeed_m_s", None, None), ("velocity", None, None), ("heading", None, None), ("vx", None, None),
-    ("temperature", None, None),
+    ("temperature", None, None), ("antenna_heading_rad", "antenna_heading_deg", "rad"), ("relPosHeading_deg", "antenna_heading_deg", "deg"),
+    ("accHeading", "sigma_heading_deg", None),
 ])  # fmt: skip
 def test_what_a_name_means(name, role, unit):
     found = aid_column(name)
@@ -80,6 +82,18 @@ def test_units_signs_and_sigmas(tmp_path, motion):
     np.testing.assert_array_equal(aids["position"].sigma, [[2, 2, np.nan], [np.nan] * 3, [3, 3, np.nan]])
     np.testing.assert_allclose(aids["pressure"].values, 1e5)
     np.testing.assert_allclose(aids["speed"].values, 10.0)
+
+
+def test_headings_of_two_antennas_have_the_sigmas_of_their_rows(tmp_path, motion):
+    """A row without a sigma has a usual one; a row without a heading is no sample."""
+    header, rows = with_fixes(
+        motion, "lat,lon,alt,vn,ve,vd,antenna_heading_deg,heading_sigma_deg", [350.0, np.nan, 20.0], [0.3, 0.3, np.nan]
+    )
+    heading = read(recorded.write_rows(tmp_path / "antennas.csv", header, rows)).aids["heading"]
+    np.testing.assert_allclose(heading.t_s, FIX_S[[0, 2]])
+    np.testing.assert_allclose(heading.sigma[:, 0], [np.radians(0.3), np.nan])
+    value = aids_of({"heading": heading}).arrays()[3]
+    np.testing.assert_allclose(value[:, :2], [[np.radians(350), np.radians(0.3)], [np.radians(20), 0.02]])
 
 
 def test_speed_and_course_are_a_velocity_and_no_fix_is_none(tmp_path, motion):

@@ -108,7 +108,7 @@ def test_a_damaged_csv_is_read_whole_or_refused(folder, seed):
 
 # --------------------------------------------------------------------------------------------- satellites
 
-GNSS = "t_s,received_s,lat_deg,lon_deg,alt_m,vn,ve,vd,sigma_h,sigma_v,sigma_vel,pressure_pa,speed_m_s,speed,course"
+GNSS = "t_s,received_s,lat_deg,lon_deg,alt_m,vn,ve,vd,sigma_h,sigma_v,sigma_vel,pressure_pa,speed_m_s,speed,course,antenna_heading_deg,accHeading"
 NMEA = (
     "$GPRMC,120000.00,A,4530.0000,N,00700.0000,E,10.0,90.0,100224,,*28\n$GPGGA,120000.00,4530.0000,N,00700.0000,E,1,08,1.5,400.0,M,48.0,M,,\n"
     "1.5,$GNGST,120000.00,,,,,1.0,2.0,3.0\n$GPGGA,120001.00,4530.0010,N,00700.0000,E,1,08,1.5,400.0,M,48.0,M,,\n"
@@ -136,7 +136,7 @@ def navigate_or_say_why(path: Path) -> None:
 
 
 @bounded
-@given(rows=st.lists(st.lists(cells, min_size=14, max_size=16), max_size=4), columns=st.permutations(GNSS.split(",")))
+@given(rows=st.lists(st.lists(cells, min_size=16, max_size=18), max_size=4), columns=st.permutations(GNSS.split(",")))
 def test_satellites_of_any_cells_are_read_whole_or_refused(folder, rows, columns):
     path = folder / "gnss.csv"
     path.write_text("\n".join(",".join(row) for row in [columns, *rows]) + "\n", encoding="utf-8", errors="replace")
@@ -147,7 +147,7 @@ def test_satellites_of_any_cells_are_read_whole_or_refused(folder, rows, columns
 @given(seed=st.integers(0, 2**32), sentences=st.booleans())
 def test_damaged_satellites_are_read_whole_or_refused(folder, seed, sentences):
     path = folder / ("damaged.nmea" if sentences else "damaged_gnss.csv")
-    table = GNSS + "\n" + "".join(f"{k},{k}.2,45,7,400,1,2,0,2,4,0.2,98000,3,5,90\n" for k in range(5))
+    table = GNSS + "\n" + "".join(f"{k},{k}.2,45,7,400,1,2,0,2,4,0.2,98000,3,5,90,90,1\n" for k in range(5))
     path.write_bytes(damaged((NMEA if sentences else table).encode(), seed))
     navigate_or_say_why(path)
 

@@ -30,12 +30,14 @@ def start(index: int, duration_s: float) -> Recording:
     return simulated_start(index, 1, duration_s).recording
 
 
-def push(library: Filter, t_s: float, rate, force, field, heading) -> None:
+def push(library: Filter, t_s: float, rate, force, field, heading, speed=None) -> None:
     for name, sample in (("gyro", rate), ("accel", force), ("mag", field)):
         if sample is not None:
             getattr(library, f"push_{name}")(t_s, sample)
     if heading is not None:
         library.push_heading(t_s, *heading)
+    if speed is not None:
+        library.push_speed(t_s, *speed)
     library.advance(t_s)
 
 
@@ -120,6 +122,24 @@ def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field
 
     twin, _ = assert_equal(rows())
     assert twin.heading_ready()
+
+
+@pytest.mark.parametrize("kind, seed, options", [
+    ("car", 0, {}), ("car", 1, {"body": "car"}), ("aircraft", 3, {"max_speed_age_s": 1.5}), ("boat", 1, {"speed_slip_rad": 0.1}),
+])  # fmt: skip
+def test_the_library_is_the_numpy_twin_with_speeds_of_which_some_are_missing_or_wrong(kind, seed, options):
+    recording = motion(kind, seed).cropped(24.0)
+    given = recording.aids["speed"]
+
+    def rows():
+        for k, row in enumerate(rows_of(recording)):
+            second = k // 100
+            wrong_m_s = 9.0 if second == 20 else 0.0
+            is_there = k % 100 == 0 and second not in (6, 7, 8, 9, 10)
+            yield *row, (given.values[second, 0] + wrong_m_s, given.sigma[second, 0]) if is_there else None
+
+    twin, _ = assert_equal(rows(), **options)
+    assert twin.tilt_ready() or seed == 3
 
 
 @pytest.mark.parametrize("sensor", ["accel", "mag"])

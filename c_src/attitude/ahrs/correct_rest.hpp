@@ -48,13 +48,14 @@ void AhrsModelOf<R>::note_vehicle(State& s, const Correction& c, bool rests) con
     s.vehicle_tilt.note(gathered, c.error.data() + rotation, s.rate_power, turn2, rest_density2, R(gravity_m_s2), s.x[13]);
 }
 
-// A vehicle at constant velocity is as quiet as one at rest. The velocity state is therefore relative to that at the begin of the rest.
+// The velocity state is relative to the present velocity, with this covariance.
 template <class R>
-void AhrsModelOf<R>::begin_rest(State& s, Correction& c) const {
+void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& covariance) {
     s.velocity[0] = s.velocity[1] = 0;
     rows<2>(c.P, velocity).setZero();
     columns<2>(c.P, velocity).setZero();
-    diagonal<2>(c.P, velocity).setConstant(sigma_.velocity * sigma_.velocity);
+    block<2, 2>(c.P, velocity, velocity) = covariance;
+    segment<2>(c.error, velocity).setZero();
 }
 
 template <class R>

@@ -16,13 +16,12 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     forget_declination(s, c.P);
     inflate_tilt(s, c.P);
 
-    const bool rests = !s.lost && is_at_rest(s, c);
+    if (s.speed.is_fresh()) travel(s, c);
+    const bool rests = !s.lost && !s.speed.moves() && is_at_rest(s, c);
     if (s.lost) {
         find_attitude(s, c);
     } else if (s.force_s > 0) {
-        note_motion(s, c);
-        if (is_given_to_travel() && rests && !(s.rests > 0)) begin_rest(s, c);
-        if (!level_again(s, c)) correct_velocity(s, c, event.t_s, rests);
+        correct_by_force(s, c, event.t_s, rests);
     }
     if (!s.lost) {
         if (rests) correct_rest(s, c);
@@ -32,12 +31,21 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
 
     if (!s.lost && s.vehicle_tilt.is_possible()) note_vehicle(s, c, rests);
     s.rests = rests;
+    if (s.speed.is_fresh()) turn_velocity(s, segment<3>(c.error, rotation));
     apply(s, c.error);
     s.lasting.turn(s.velocity, c.error[rotation], c.error[rotation + 1], R(gravity_m_s2));
     keep(s, c);
     forget_window(s);
     s.last_correction_s = event.t_s;
     ++s.corrections;
+}
+
+template <class R>
+void AhrsModelOf<R>::correct_by_force(State& s, Correction& c, double t_s, bool rests) const {
+    note_motion(s, c);
+    // A vehicle at constant velocity is as quiet as one at rest.
+    if (is_given_to_travel() && rests && !(s.rests > 0)) forget_velocity(s, c, start_velocity_covariance());
+    if (!level_again(s, c) && (rests || !s.speed.is_fresh())) correct_velocity(s, c, t_s, rests);
 }
 
 // Updates the motion monitors with the force since the last correction. A shock only makes the velocity uncertain.
@@ -49,12 +57,44 @@ void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
     if (gathered.norm() < shock_m_s2 * s.force_s) {
         const Vector3R tilt = c.rotation_variances();
         s.lasting.note(gathered, (tilt[0] + tilt[1]) / 2, R(gravity_m_s2), s.force_s);
-        diagonal<2>(c.P, velocity).array() += s.lasting.uncount();
+        const R released2 = s.lasting.uncount();
+        if (!s.speed.is_fresh()) diagonal<2>(c.P, velocity).array() += released2;
         return;
     }
     diagonal<2>(c.P, velocity).array() += gathered.squaredNorm();
     std::copy(before, before + 2, s.velocity);
     s.lasting.forget_force();
+}
+
+// The velocity along body x turns with the heading, and so does its error with the bias and the noise of the gyroscope. Without speeds for
+// too long the velocity is unknown again.
+template <class R>
+void AhrsModelOf<R>::travel(State& s, Correction& c) const {
+    s.speed.left_s -= s.x[13];
+    if (!s.speed.is_fresh()) {
+        forget_velocity(s, c, start_velocity_covariance());
+        return;
+    }
+    const Vector2R across(-s.velocity[1], s.velocity[0]);
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    const Vector drift = columns<3>(c.P, bias) * G.row(2).transpose();
+    const R variance = G.row(2).dot(segment<3>(drift, bias)) + rotation_noise(s);
+    for (int i = 0; i < 2; ++i) {
+        c.P.row(velocity + i) += across[i] * drift.transpose();
+        c.P.col(velocity + i) += across[i] * drift;
+    }
+    block<2, 2>(c.P, velocity, velocity) += variance * across * across.transpose();
+    c.P.row(rotation + 2).template segment<2>(velocity) -= rotation_noise(s) * across.transpose();
+    c.P.col(rotation + 2).template segment<2>(velocity) -= rotation_noise(s) * across;
+}
+
+// With the attitude, by a rotation vector in navigation axes.
+template <class R>
+void AhrsModelOf<R>::turn_velocity(State& s, const Vector3R& rotation_n) {
+    const R down = s.speed.m_s * rotation_matrix<R>(QuaternionR(s.x))(2, 0);
+    const Vector3R turned = rotate<R>(rotation_quaternion<R>(rotation_n), Vector3R(s.velocity[0], s.velocity[1], down));
+    s.velocity[0] = turned[0];
+    s.velocity[1] = turned[1];
 }
 
 template <class R>

@@ -8,7 +8,9 @@ namespace hnav {
 template <class R>
 void AhrsModelOf<R>::jump(State& s, const Event& event) const {
     const std::uint64_t usable = s.usable(event);
-    for (int c = 0; c < channel_count; ++c) s.used[c] += (usable >> c) & 1;
+    const int channels = has_aid(event) ? channel_count : heading; // that may have a sample
+    for (int c = 0; c < heading; ++c) s.used[c] += (usable >> c) & 1;
+    for (int c = heading; c < channels; ++c) s.used[c] += (usable >> c) & 1;
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
         if (s.gap_too_long) pass_gap(s, event.t_s);
@@ -26,7 +28,7 @@ void AhrsModelOf<R>::jump(State& s, const Event& event) const {
         const bool due = has_lasted(since_s + 0.5 * double(rate_s), options_.correction_interval_s);
         if (due || has_aid(event)) correct(s, event);
     }
-    for (int c = 0; c < channel_count; ++c)
+    for (int c = 0; c < channels; ++c)
         if ((usable >> c) & 1) s.note_time(c, event.t_s);
     s.last_event_s = event.t_s;
 }

@@ -152,7 +152,7 @@ private:
     bool tilt_ready(const State& s) const {
         return tilt_converged(s, s.tilt_excess.variance) &&
                s.vehicle_tilt.square() < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
-               !s.lasting.may_accelerate(R(gravity_m_s2));
+               (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2)));
     }
     // added: variance in addition to that of P, rad^2
     bool tilt_converged(const State& s, R added) const {
@@ -240,6 +240,7 @@ private:
 
     // correction.hpp
     void correct(State& s, const Event& event) const;
+    void correct_by_force(State& s, Correction& c, double t_s, bool rests) const;
     void inflate_tilt(State& s, Covariance& P) const;
     void note_motion(State& s, Correction& c) const;
 
@@ -263,7 +264,10 @@ private:
     bool is_field_still(State& s) const;
     bool is_vehicle_at_rest(State& s, bool rests) const;
     void note_vehicle(State& s, const Correction& c, bool rests) const;
-    void begin_rest(State& s, Correction& c) const;
+    static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
+    Matrix2R start_velocity_covariance() const { return sigma_.velocity * sigma_.velocity * Matrix2R::Identity(); }
+    void travel(State& s, Correction& c) const;
+    static void turn_velocity(State& s, const Vector3R& rotation_n);
     void correct_rest(State& s, Correction& c) const;
 
     // The correction by the aid of one channel, defined in a file of its own, such as correct_heading.cpp. A new aid changes nothing

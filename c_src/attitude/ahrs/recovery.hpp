@@ -66,6 +66,7 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
     constexpr R densities2 = MotionNoise<R>::densities * MotionNoise<R>::densities;
     s.motion.begin(density_.velocity_density2);
     s.tilt_excess = {};
+    s.speed = {};
     s.vehicle_tilt = {};
     if (options_.body == HNAV_BODY_ANY) s.vehicle_tilt.begin();
     s.lasting.begin(density_.velocity_density2 / densities2);

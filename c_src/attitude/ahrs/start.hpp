@@ -58,6 +58,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     s.lasting.forget_velocity();
     s.vehicle_tilt.forget_velocity();
     s.tilt_excess = {};
+    s.speed = {};
     s.rest.clear(Vector3R::Zero(), Vector3R::Zero());
     for (double& t : s.last_s) t = nan;
     s.last_correction_s = t_s;

@@ -4,6 +4,7 @@
 #include "attitude/ahrs/body.hpp"
 #include "attitude/ahrs/field_noise.hpp"
 #include "attitude/ahrs/given_field.hpp"
+#include "attitude/ahrs/given_speed.hpp"
 #include "attitude/ahrs/lasting_motion.hpp"
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
@@ -117,6 +118,7 @@ struct AhrsState {
     VehicleTilt<R> vehicle_tilt; // of an unknown body, for readiness only
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     R rests; // 1: the last correction was at rest
+    GivenSpeed<R> speed;
     std::uint64_t verdict; // of the last field, FieldVerdict
     std::uint64_t heading_confirmed; // since it was last started or turned
     std::uint64_t seldom_changes; // counts changes; last member of this group

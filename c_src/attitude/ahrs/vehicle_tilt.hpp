@@ -31,6 +31,15 @@ struct VehicleTilt {
 
     bool is_possible() const { return tilt2 > 0; }
 
+    // While a speed is given, the horizon of the filter is that of a vehicle.
+    void follow(R of_tilt2, R of_velocity2) {
+        const R kept_rate2 = rate2;
+        *this = {};
+        rate2 = kept_rate2;
+        tilt2 = of_tilt2;
+        velocity2 = of_velocity2;
+    }
+
     // Variance of one axis and squared distance of the two horizons, rad^2.
     R square() const { return tilt2 + tilt[0] * tilt[0] + tilt[1] * tilt[1]; }
 

@@ -13,6 +13,7 @@ enum Channel : int {
     accel = HNAV_SENSOR_ACCEL,
     mag = HNAV_SENSOR_MAG,
     heading = HNAV_SENSOR_HEADING,
+    speed = HNAV_SENSOR_SPEED,
     channel_count
 };
 

@@ -37,6 +37,8 @@ typedef struct hnav_run_input {
     const double* rate_b_rad_s; /* n x 3, may be null */
     const double* force_b_m_s2; /* n x 3, may be null */
     const double* field_b_tesla; /* n x 3, may be null */
+    const double* speed_m_s; /* n, along body x, may be null; NaN: none. AHRS only */
+    const double* speed_sigma_m_s; /* n; needed with speed_m_s */
 } hnav_run_input;
 
 typedef struct hnav_run_output {

@@ -32,8 +32,8 @@ typedef enum hnav_sensor {
     HNAV_SENSOR_ACCEL = 1,
     HNAV_SENSOR_MAG = 2,
     HNAV_SENSOR_HEADING = 3,
-    HNAV_SENSOR_REST = 4, /* from here on: INS */
-    HNAV_SENSOR_SPEED = 5,
+    HNAV_SENSOR_SPEED = 4, /* AHRS and INS */
+    HNAV_SENSOR_REST = 5, /* from here on: INS */
     HNAV_SENSOR_PRESSURE = 6,
     HNAV_SENSOR_VELOCITY = 7,
     HNAV_SENSOR_POSITION = 8
@@ -66,7 +66,8 @@ HNAV_API hnav_status hnav_filter_push_position(hnav_filter* filter, double t_s, 
 HNAV_API hnav_status hnav_filter_push_velocity(hnav_filter* filter, double t_s, const double velocity_n_m_s[3],
                                                const double sigma_n_m_s[3]);
 HNAV_API hnav_status hnav_filter_push_pressure(hnav_filter* filter, double t_s, double pressure_pa, double sigma_pa);
-/* Wheel speed along body x; used once the heading has been found. */
+/* Speed along body x. INS: of wheels; used once the heading has been found. AHRS: by GNSS, wheels or airspeed, of a body that moves where
+ * body x points (options speed_slip_rad, max_speed_age_s), beyond 1e4 m/s OUT_OF_RANGE; its accelerations then do not tilt the horizon. */
 HNAV_API hnav_status hnav_filter_push_speed(hnav_filter* filter, double t_s, double speed_m_s, double sigma_m_s);
 /* The body is at rest. */
 HNAV_API hnav_status hnav_filter_push_rest(hnav_filter* filter, double t_s, double sigma_m_s);
@@ -110,11 +111,11 @@ HNAV_API hnav_status hnav_filter_covariance(const hnav_filter* filter, double* c
 typedef struct hnav_innovation {
     size_t size; /* of this struct; set by the caller */
     double t_s;
-    double value[3]; /* ahrs, force: minus the velocity in m/s, north and east; field: in navigation axes */
+    double value[3]; /* ahrs, force and speed: of the velocity in m/s, north and east; field: in navigation axes */
     double S[9]; /* its covariance, with the stated noise (not inflated); INS: the diagonal */
     double nis; /* value' S^-1 value */
     double noise_scale; /* trace of the noise used over that of the stated noise; 1 unless the gate inflated it */
-    int32_t dimension; /* 3; 1 for heading; 2 for the force of the AHRS. The AHRS's S has 2 or 3 rows of 3 */
+    int32_t dimension; /* 3; 1 for heading; 2 for force and speed of the AHRS, whose S has 2 or 3 rows of 3 */
     int32_t accepted; /* 0 when the gate inflated the noise or rejected the sample (noise_scale infinite) */
 } hnav_innovation;
 /* Errors: NO_DATA, OUT_OF_RANGE (the gyroscope has none), UNSUPPORTED (the observer has hnav_observer_innovation). */

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from hnav.filters.ins import Ins
     from hnav.io.recordings import Recording
 
+SPEED_SIGMA_M_S = 0.1
+"""Standard deviation of a speed that states none. Chosen: usual wheels."""
+
 
 class Filter(FilterObject):
     """An attitude filter: a hybrid system whose estimate flows between samples and jumps at each of them.
@@ -91,10 +94,13 @@ class Filter(FilterObject):
         only: tuple[str, ...] = (),
         smooth: bool = False,
         check: bool = True,
+        speed_m_s: npt.ArrayLike | None = None,
+        speed_sigma_m_s: npt.ArrayLike = SPEED_SIGMA_M_S,
     ) -> Run:
         """A whole recording: push and advance of row after row, bit for bit.
 
-        t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample.
+        t_s: n, not decreasing; the others n x 3 in sensor axes, or None. A row of NaN is a missing sample. speed_m_s: n, of the AHRS,
+        as by push_speed, NaN where there is none; speed_sigma_m_s: n, or one for all.
         only: names of the arrays of Run to fill, all if empty; sigmas cost as much as the filter itself. smooth: with hindsight, as by
         the method smooth. check: whether samples that cannot be in these units give a PlausibilityWarning, which takes up to 20 ms.
 
@@ -103,7 +109,7 @@ class Filter(FilterObject):
         """
         samples = rate_b_rad_s, force_b_m_s2, field_b_tesla
         try:
-            return self._batch("smooth" if smooth else "run", t_s, samples, only)
+            return self._batch("smooth" if smooth else "run", t_s, samples, only, _speeds(t_s, speed_m_s, speed_sigma_m_s))
         except HnavValueError:
             check = False  # arrays of other shapes
             raise
@@ -157,9 +163,16 @@ class Filter(FilterObject):
     def _push(self, sensor: str, t_s: float, value: npt.ArrayLike, name: str) -> None:
         self._call(f"push_{sensor}", t_s, address(doubles(value, (3,), name)))
 
-    def _batch(self, call: str, t_s: npt.ArrayLike, samples: tuple[npt.ArrayLike | None, ...], only: tuple[str, ...]) -> Run:
+    def _batch(
+        self,
+        call: str,
+        t_s: npt.ArrayLike,
+        samples: tuple[npt.ArrayLike | None, ...],
+        only: tuple[str, ...],
+        speeds: dict[str, Array],
+    ) -> Run:
         t = times(t_s)
-        given: dict[str, Array | None] = {"t_s": t}
+        given: dict[str, Array | None] = {"t_s": t, **speeds}
         for name, values in zip(("rate_b_rad_s", "force_b_m_s2", "field_b_tesla"), samples):
             given[name] = None if values is None else doubles(values, (*t.shape, 3), name)
         run, wanted = _empty(t, only, call == "run")
@@ -176,6 +189,14 @@ class Filter(FilterObject):
             raise
         run.options = self.options
         return run
+
+
+def _speeds(t_s: npt.ArrayLike, speed_m_s: npt.ArrayLike | None, sigma_m_s: npt.ArrayLike) -> dict[str, Array]:
+    if speed_m_s is None:
+        return {}
+    shape = times(t_s).shape
+    sigma = np.broadcast_to(np.asarray(sigma_m_s, float), shape) if np.ndim(sigma_m_s) == 0 else sigma_m_s
+    return {"speed_m_s": doubles(speed_m_s, shape, "speed_m_s"), "speed_sigma_m_s": doubles(sigma, shape, "speed_sigma_m_s")}
 
 
 def _empty(t_s: Array, only: tuple[str, ...], with_gates: bool) -> tuple[Run, list[str]]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hnav.filters.attitude import Filter
+from hnav.filters.attitude import SPEED_SIGMA_M_S, Filter
 from hnav.filters.attitude_answers import Run, empty_run
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.options import Options
@@ -56,8 +56,18 @@ class LibraryRun:
         """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
         t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
         field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
+        speeds = speeds_of(recording, self.options)
         begin = time.perf_counter()
-        run = self._filter.run(t_s, rate, force, field, smooth=smooth, check=False)
+        run = self._filter.run(
+            t_s,
+            rate,
+            force,
+            field,
+            smooth=smooth,
+            check=False,
+            speed_m_s=None if speeds is None else speeds.m_s[rows],
+            speed_sigma_m_s=SPEED_SIGMA_M_S if speeds is None else speeds.sigma_m_s[rows],
+        )
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)
         return run
 
@@ -70,6 +80,26 @@ class LibraryRun:
     def counts(self) -> dict[str, int]:
         """Used, gated, late, ... by name."""
         return _counts(self._filter)
+
+
+class Speeds(NamedTuple):
+    """n: speeds along body x, NaN in rows without one, and their standard deviations."""
+
+    m_s: np.ndarray
+    sigma_m_s: np.ndarray
+
+
+def speeds_of(recording: Recording, options: Options) -> Speeds | None:
+    """Those that the filter uses, each in the first row that is not earlier."""
+    if options.filter != "ahrs" or "speed" not in recording.aids:
+        return None
+    given, n = recording.aids["speed"], len(recording.t_s)
+    at = np.searchsorted(recording.t_s, given.t_s)
+    inside = (at < n) & (given.t_s >= recording.t_s[0])
+    speed, sigma = np.full(n, np.nan), np.full(n, SPEED_SIGMA_M_S)
+    speed[at[inside]] = given.values[inside, 0]
+    sigma[at[inside]] = np.where(np.isfinite(given.sigma[inside, 0]), given.sigma[inside, 0], SPEED_SIGMA_M_S)
+    return Speeds(speed, sigma)
 
 
 def _run_at_once(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Ran:
@@ -95,6 +125,7 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
     run = empty_run(recording.t_s)
     samples = (recording.rate_b_rad_s, recording.force_b_m_s2, field)
     seen = np.stack([np.isfinite(values).all(axis=1) for values in samples], axis=1)
+    speeds = speeds_of(recording, options)
     started = False
     begin = time.perf_counter()
     for i, t_s in enumerate(recording.t_s.tolist()):
@@ -104,6 +135,8 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
             attitude_filter.push_accel(t_s, recording.force_b_m_s2[i])
         if seen[i, 2]:
             attitude_filter.push_mag(measured_s[i], field[i])
+        if speeds and np.isfinite(speeds.m_s[i]):
+            attitude_filter.push_speed(t_s, speeds.m_s[i], speeds.sigma_m_s[i])
         attitude_filter.advance(t_s)
         sensors = attitude_filter.health().sensor
         run.health[i] = [SENSOR_STATES.index(sensors[name].state) for name in HEALTH_SENSORS]

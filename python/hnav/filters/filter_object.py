@@ -76,6 +76,11 @@ class FilterObject(HybridView):
         option declination_rad is added."""
         self._call("push_heading", t_s, heading_rad, sigma_rad)
 
+    def push_speed(self, t_s: float, speed_m_s: float, sigma_m_s: float) -> None:
+        """Speed along body x; sigma_m_s is its standard deviation, above 0. INS: of wheels, used once the heading is found. AHRS: by GNSS,
+        wheels or airspeed, of a body that moves where body x points; its accelerations then do not tilt the horizon."""
+        self._call("push_speed", t_s, speed_m_s, sigma_m_s)
+
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate at t_s.
 

@@ -71,10 +71,6 @@ class Ins(FilterObject):
         """Pressure of the air."""
         self._call("push_pressure", t_s, pressure_pa, sigma_pa)
 
-    def push_speed(self, t_s: float, speed_m_s: float, sigma_m_s: float) -> None:
-        """Speed along body x, by wheels; used once the heading is found."""
-        self._call("push_speed", t_s, speed_m_s, sigma_m_s)
-
     def push_rest(self, t_s: float, sigma_m_s: float) -> None:
         """The body stands; sigma_m_s is the standard deviation of its velocity."""
         self._call("push_rest", t_s, sigma_m_s)

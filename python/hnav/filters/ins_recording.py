@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from hnav.errors import HnavValueError
+from hnav.filters.attitude import SPEED_SIGMA_M_S
 from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import AIDS, Aids
 from hnav.filters.ins_answers import InsRun
@@ -22,8 +23,8 @@ from hnav.io.aids import AidSamples, arrived_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 
-SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (0.1,)}
-"""Standard deviations of aids where a file has none, in SI units. Chosen: a usual receiver, pressure chip and wheels."""
+SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (SPEED_SIGMA_M_S,), "heading": (0.02,)}
+"""Standard deviations of aids where a file has none, in SI units. Chosen: a usual receiver, pressure chip, wheels and two antennas a metre apart."""
 IN_A_GAP = 8
 """Samples of each aid that are kept of a gap without rows: the filter starts again after it."""
 PRESSURE_S = 0.1

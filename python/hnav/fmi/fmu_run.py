@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from hnav.filters.attitude_answers import empty_run
-from hnav.filters.attitude_recording import Progress
+from hnav.filters.attitude_recording import Progress, Speeds, speeds_of
 from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
@@ -71,7 +71,8 @@ def run_fmu(
             fmu.set(name, value)
         fmu.initialise(float(recording.t_s[0]))
         points, rows = communication_points(recording.t_s, step_s)
-        samples, estimates = _Samples(fmu, recording), _Estimates(fmu, len(recording.t_s))
+        speeds = speeds_of(recording, Options(filter, preset, **settings))
+        samples, estimates = _Samples(fmu, recording, speeds), _Estimates(fmu, len(recording.t_s))
         loop: _Loop = _ModelExchangeLoop(fmu, points) if kind == "me" else _CoSimulationLoop(fmu, points)
         begin = time.perf_counter()
         delivered = -1
@@ -113,13 +114,20 @@ def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndar
 class _Samples:
     """Sets the samples of a recording as inputs of an FMU; a sensor's counter increases with each new sample."""
 
-    def __init__(self, fmu: Fmu, recording: Recording):
+    def __init__(self, fmu: Fmu, recording: Recording, speeds: Speeds | None):
         arrays = [recording.rate_b_rad_s, recording.force_b_m_s2]
         if recording.field_b_tesla is not None:
             arrays.append(recording.field_b_tesla)
         sensors = list(SENSORS)[: len(arrays)]
-        self.present = np.stack([~np.isnan(a).all(axis=1) for a in arrays], axis=1)  # n x sensors
-        names = [f"{SENSORS[s]}[{i}]" for s in sensors for i in (1, 2, 3)] + [f"{s}.t_meas" for s in sensors]
+        names = [f"{SENSORS[s]}[{i}]" for s in sensors for i in (1, 2, 3)]
+        if speeds is not None:
+            fmu.set("wheel.valid", True)
+            sensors.append("wheel")
+            names += ["wheel.speed", "wheel.sigma"]
+            arrays.append(np.stack([speeds.m_s, np.where(np.isnan(speeds.m_s), np.nan, speeds.sigma_m_s)], axis=1))
+        self._fresh = np.stack([~np.isnan(a).all(axis=1) for a in arrays], axis=1)  # n x sensors
+        self.present = self._fresh if speeds is None else self._fresh[:, :-1]  # without the speed
+        names += [f"{s}.t_meas" for s in sensors]
         self._fmu, self._references, self._inputs = fmu, fmu.references(names), (C.c_double * len(names))()
         self._counter_references = fmu.references(f"{s}.sample" for s in sensors)
         self._counters = (C.c_int32 * len(sensors))()
@@ -129,7 +137,7 @@ class _Samples:
 
     def deliver(self, row: int) -> None:
         self._input_view[:] = self._values[row]
-        np.add(self._counter_view, self.present[row], out=self._counter_view)
+        np.add(self._counter_view, self._fresh[row], out=self._counter_view)
         self._fmu.set_reals(self._references, self._inputs)
         self._fmu.set_integers(self._counter_references, self._counters)
 

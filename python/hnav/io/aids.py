@@ -1,4 +1,4 @@
-"""Aiding samples: satellites, pressure, wheels. Each kind has its own time stamps, independent of the rows of a recording."""
+"""Aiding samples: satellites, pressure, wheels, headings. Each kind has its own time stamps, independent of the rows of a recording."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ AIDS = {
     "velocity": ("north_m_s", "east_m_s", "down_m_s"),
     "pressure": ("pressure_pa",),
     "speed": ("speed_m_s",),
+    "heading": ("heading_rad",),
 }
 """Kinds of aids and the columns of their values. Heights are ellipsoidal if the file states it; the vertical velocity may be
-NaN; speed is the wheel speed along body x."""
+NaN; speed is the wheel speed along body x; heading is that of body x, by two antennas."""
 
 
 @dataclass(frozen=True)

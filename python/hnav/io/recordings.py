@@ -65,7 +65,7 @@ class Recording:
     reference_q_nb is the attitude by another system, body to east-north-up, scalar first; NaN where it is unknown.
     movement marks the rows that a score is taken over. A row stands for the instant at which its samples arrive:
     field_t_s, on instants of t_s, is the measurement time of a delayed magnetometer; NaN where no sample arrives. Satellites,
-    pressure and wheels stand beside the rows, in aids, with their own times; attitude filters do not use them.
+    pressure and wheels stand beside the rows, in aids, with their own times; of them the AHRS uses the speed, the HREKF none.
     """
 
     name: str

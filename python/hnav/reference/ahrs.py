@@ -1,14 +1,15 @@
 """The AHRS once more, in NumPy: slow, written to be read beside docs/filters.md, and the oracle of the C library.
 
     twin = AhrsReference(Options("ahrs"))
-    twin.event(t_s, rate, force, field, heading)    # the samples of one instant, None where there is none
+    twin.event(t_s, rate, force, field, heading, speed)    # the samples of one instant, None where there is none
     twin.R_bn, twin.rotation_covariance(), twin.tilt_ready(), twin.heading_ready()
 
     between events:  R' = R [u]x,  G' = R,  u = y - b - S y + coning
     theta(T) = theta - G db - L dS,  L = int R (x) y'         the error in navigation axes: no steps, integrals of R
     v(T)     = v + g int (-theta_E, theta_N) - int R da - swept dl
     P(T)     = Phi P Phi' + Q, every correction_interval_s; then
-    velocity 0 = v + noise,  rest  mean rate = b,  field  M = mean field,  heading aid = atan2(E, N) of body x
+    velocity 0 = v + noise,  rest  mean rate = b,  field  M = mean field,  heading aid = atan2(E, N) of body x,
+    speed      v = speed x body x + noise, in the place of 0 = v
 
 Axes: north-east-down of magnetic north, and those of the sensors; samples in order. What happens to samples that are late, share a
 stamp or come from a sensor at fault, when a clock is set, realign and the smoother: of that c_src is the only description.
@@ -27,6 +28,7 @@ from hnav.reference.ahrs_parts import (
     LASTING_DENSITY2,
     FieldNoise,
     FirstSamples,
+    GivenSpeed,
     LastingMotion,
     MagneticReference,
     MotionNoise,
@@ -97,7 +99,7 @@ class AhrsReference:
     def begin_motion(self) -> None:
         """No kind of body is given."""
         self.motion = MotionNoise(self.o.velocity_noise_m_s_per_sqrt_hz)
-        self.tilt_excess, self.vehicle_tilt = TiltExcess(), VehicleTilt(self.o.body == "any")
+        self.tilt_excess, self.vehicle_tilt, self.speed = TiltExcess(), VehicleTilt(self.o.body == "any"), GivenSpeed()
         self.lasting = LastingMotion((self.o.velocity_noise_m_s_per_sqrt_hz / 1.1) ** 2)
 
     def first_covariance(self, sigma_heading: float) -> Array:
@@ -121,9 +123,9 @@ class AhrsReference:
 
     def event(
         self, t_s: float, rate: Array | None = None, force: Array | None = None, field: Array | None = None,
-        heading: tuple[float, float] | None = None,
+        heading: tuple[float, float] | None = None, speed: tuple[float, float] | None = None,
     ) -> None:  # fmt: skip
-        """The samples of one instant: 3 each in SI units; heading and its sigma in rad."""
+        """The samples of one instant: 3 each in SI units; heading and its sigma in rad, speed and its sigma in m/s."""
         backward = self.o.gyro_hold == "backward"
         gap_too_long = self.started and self.gap_variance(t_s, rate is not None) > 1
         if rate is not None and backward:
@@ -140,8 +142,8 @@ class AhrsReference:
         else:
             self.gather(t_s, rate, force, field)
             half_s = 0.5 * self.gyro.interval(t_s) if rate is not None else 0
-            if has_lasted(t_s - self.corrected_s + half_s, self.o.correction_interval_s) or heading is not None:
-                self.correct(t_s, rate is not None, heading)
+            if any((heading, speed)) or has_lasted(t_s - self.corrected_s + half_s, self.o.correction_interval_s):
+                self.correct(t_s, rate is not None, heading, speed)
         for times, sample in ((self.gyro, rate), (self.accel, force), (self.mag, field)):
             if sample is not None:
                 times.note(t_s)
@@ -315,29 +317,25 @@ class AhrsReference:
 
     # ----------------------------------------------------------------------------------------- corrections
 
-    def correct(self, t_s: float, has_rate: bool, heading: tuple[float, float] | None) -> None:
+    def correct(self, t_s: float, has_rate: bool, heading: tuple[float, float] | None, speed: tuple[float, float] | None) -> None:
         """All corrections of one instant; they enter the state together at the end."""
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
         if self.lasting_density2 == 0 and not self.tilt_converged(0.0):
             # The error of the start may exceed its sigma.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
-        rests = not self.lost and self.is_at_rest()
+        self.travel()
+        rests = not self.lost and not self.speed.moves() and self.is_at_rest()
         if self.lost:
             self.find_attitude()
         elif self.force_s > 0:
-            self.note_motion()
-            if self.lasting_density2 > 0 and rests and not self.rested:
-                self.begin_rest()
-            if not self.level_again():
-                self.correct_by_velocity(rests)
+            self.correct_by_force(rests)
         if not self.lost:
             if rests:
                 self.correct_by_rest()
             if self.field_s > 0:
                 self.correct_by_field()
-            if heading is not None:
-                self.correct_by_heading(*heading)
+            self.correct_by_aids(heading, speed)
         self.note_vehicle(rests)
         self.rested = rests
         self.apply(self.error)
@@ -354,7 +352,23 @@ class AhrsReference:
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
 
+    def correct_by_force(self, rests: bool) -> None:
+        self.note_motion()
+        if self.lasting_density2 > 0 and rests and not self.rested:
+            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * np.eye(2))
+        if not self.level_again() and (rests or not self.speed.is_fresh()):
+            self.correct_by_velocity(rests)
+
+    def correct_by_aids(self, heading: tuple[float, float] | None, speed: tuple[float, float] | None) -> None:
+        if heading is not None:
+            self.correct_by_heading(*heading)
+        if speed is not None:
+            self.correct_by_speed(*speed)
+
     def apply(self, error: Array) -> None:
+        if self.speed.is_fresh():
+            turned_n = exp(error[PHI]) @ np.append(self.velocity, self.speed.m_s * self.R_bn[2, 0])
+            self.velocity = turned_n[:2]
         self.R_bn = exp(error[PHI]) @ self.R_bn
         self.bias, self.S = self.bias + error[BIAS], self.S + error[CALIBRATION].reshape(3, 3)
         self.velocity, self.force_bias = self.velocity + error[V], self.force_bias + error[FORCE_BIAS]
@@ -369,7 +383,8 @@ class AhrsReference:
         gathered = np.append(self.velocity - self.lasting.before, self.velocity_down)
         if np.linalg.norm(gathered) < 100 * self.force_s:
             self.lasting.note(gathered, float(np.mean(np.diag(self.E)[PHI][:2])), self.force_s)
-            self.E[V, V] += self.lasting.uncount() * np.eye(2)
+            released2 = self.lasting.uncount()
+            self.E[V, V] += (0.0 if self.speed.is_fresh() else released2) * np.eye(2)
             return
         self.E[V, V] += float(gathered @ gathered) * np.eye(2)
         self.velocity = self.lasting.before.copy()
@@ -445,11 +460,56 @@ class AhrsReference:
         gathered = self.velocity - self.lasting.before
         self.vehicle_tilt.note(gathered, self.error[PHI][:2], self.rate_power, turn2, rest_density2, self.window_s)
 
-    def begin_rest(self) -> None:
+    def forget_velocity(self, covariance: Array) -> None:
         """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
-        self.velocity = np.zeros(2)
+        self.velocity, self.error[V] = np.zeros(2), 0.0
         self.E[V], self.E[:, V] = 0.0, 0.0
-        self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)
+        self.E[V, V] = covariance
+
+    def travel(self) -> None:
+        """The velocity along body x turns with the heading, so its error does with the drift of the gyroscope."""
+        if not self.speed.is_fresh():
+            return
+        self.speed.left_s -= self.window_s
+        if not self.speed.is_fresh():
+            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * np.eye(2))
+            return
+        across, Phi = np.array([-self.velocity[1], self.velocity[0]]), np.eye(ERRORS)
+        Phi[V, BIAS] = np.outer(across, self.G[2])
+        self.E = Phi @ self.E @ Phi.T
+        noise = np.zeros(ERRORS)
+        noise[V], noise[HEADING] = -across, 1
+        Q = self.rotation_noise() * np.outer(noise, noise)
+        Q[HEADING, HEADING] = 0.0  # it is in E
+        self.E += Q
+
+    def correct_by_speed(self, m_s: float, sigma_m_s: float) -> None:
+        """v = speed x body x: in the error v_true = exp(theta) v + error a velocity in body axes has no row of the heading."""
+        o, speed, ahead = self.o, self.speed, self.R_bn[:2, 0]
+        begins, since_s = not speed.is_fresh(), o.max_speed_age_s - speed.left_s
+        speed.m_s, speed.sigma_m_s, speed.left_s = m_s, max(1e-3, sigma_m_s), o.max_speed_age_s
+        across = np.array([-ahead[1], ahead[0]])
+        noise = speed.sigma_m_s**2 * np.eye(2) + (o.speed_slip_rad * m_s) ** 2 * np.outer(across, across)
+        vehicle = self.vehicle_tilt
+        if begins:
+            self.forget_velocity(noise)
+            self.velocity = m_s * ahead
+            if vehicle.P[0, 0] > 0:  # a lasting acceleration may have tilted the horizon
+                square = vehicle.square()
+                self.E[PHI, PHI] += square * np.diag([1, 1, 0.0 if self.aided else (self.M[1] / self.M[0]) ** 2])
+                self.E[M, M] += square * np.eye(2)
+        else:
+            before = np.diag(self.E)[PHI][:2].copy()
+            innovation, S = m_s * ahead - self.velocity - self.error[V], self.E[V, V] + noise
+            self.nis["speed"] = nis = float(innovation @ np.linalg.solve(S, innovation))
+            if nis > 13.8 and self.tilt_ready():
+                noise = noise + S * (nis / 13.8 - 1)
+            self.learn(np.eye(ERRORS)[V], innovation, noise)
+            after = np.diag(self.E)[PHI][:2]
+            self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
+            self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), since_s)
+        if vehicle.P[0, 0] > 0:
+            vehicle.follow(max(np.diag(self.E)[PHI][:2]), self.E[0, 0])
 
     def correct_by_rest(self) -> None:
         """Mean rate = b."""
@@ -707,7 +767,7 @@ class AhrsReference:
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
         small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
-        return bool(small) and not self.lasting.may_accelerate()
+        return bool(small) and (self.speed.is_fresh() or not self.lasting.may_accelerate())
 
     def tilt_converged(self, added: float) -> bool:
         """added: variance beside that of P, rad^2."""

@@ -319,6 +319,11 @@ class VehicleTilt:
     def square(self) -> float:
         return float(self.P[0, 0] + self.tilt @ self.tilt)
 
+    def follow(self, tilt2: float, velocity2: float) -> None:
+        """While a speed is given, the horizon of the filter is that of a vehicle."""
+        self.P, self.stood = np.diag([tilt2, velocity2]), False
+        self.tilt, self.velocity = np.zeros(2), np.zeros(2)
+
     def is_level(self, level: Array) -> bool:
         """Of a force at rest: its horizontal part in units of gravity."""
         away = level + self.tilt
@@ -345,6 +350,20 @@ class VehicleTilt:
         self.P = P - np.outer(gain, P[1])
         self.tilt -= gain[0] * self.velocity
         self.velocity -= gain[1] * self.velocity
+
+
+class GivenSpeed:
+    """A speed along body x, and for how long it still holds."""
+
+    def __init__(self) -> None:
+        self.m_s = self.sigma_m_s = self.left_s = 0.0
+
+    def is_fresh(self) -> bool:
+        return self.left_s > 0
+
+    def moves(self) -> bool:
+        """A body at rest has no such speed."""
+        return self.is_fresh() and abs(self.m_s) > 3 * self.sigma_m_s + 0.2
 
 
 class MagneticReference:

@@ -42,7 +42,7 @@ def command(
     filters: Annotated[
         str,
         typer.Option(
-            help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; body=own, sensor=own: what each was recorded on and with; separated by commas"
+            help="Filters of hnav: NAME, NAME-smooth, NAME:option=value; body=own, sensor=own, speed=own: what each was recorded on and with; separated by commas"
         ),
     ] = ",".join(DEFAULT_FILTERS),
     peers: Annotated[str, typer.Option(help=f"Filters by others: {', '.join(PEERS)}; all, or none")] = ",".join(DEFAULT_PEERS),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "a
 LARGER_Q = "ekf-larger-q"
 OWN_BODY = "body=own"
 """The setting that gives each recording the word for what it was made on."""
+OWN_SPEED = "speed=own"
+"""The setting that gives each recording of MOTION the speeds that it has."""
 OWN_SENSOR = "sensor=own"
 """The setting that gives each recording of MOTION the datasheet of its sensors."""
 DEFAULT_FILTERS = ("hrekf", LARGER_Q, "ahrs", "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
@@ -57,7 +59,7 @@ def contenders(filters: Sequence[str], peers: Sequence[str]) -> tuple[list[Conte
     """Those that can run, and a line for each peer whose package is missing. Raises HnavError or UsageError for wrong names.
 
     A filter is NAME, NAME-smooth for its smoother, or either with options: NAME:option=value:option=value. body=own is the body that each
-    recording was made on, sensor=own the datasheet of its sensors.
+    recording was made on, sensor=own the datasheet of its sensors, speed=own its speeds along body x.
     """
     ready, missing = [own_contender(name) for name in filters], []
     for name in peers:
@@ -79,8 +81,8 @@ def own_contender(name: str) -> Contender:
         others = {option: str(value) for option, value in larger_q(getattr(Options(filter), WALK)).items()}
     if filter not in FILTERS:
         raise HnavValueError("option", f"filter {name}: choose from {', '.join(DEFAULT_FILTERS)}")
-    own_body, own_sensor = OWN_BODY in pairs, OWN_SENSOR in pairs
-    chosen = parse_settings([pair for pair in pairs if pair not in (OWN_BODY, OWN_SENSOR)])
+    own_body, own_sensor, own_speed = OWN_BODY in pairs, OWN_SENSOR in pairs, OWN_SPEED in pairs
+    chosen = parse_settings([pair for pair in pairs if pair not in (OWN_BODY, OWN_SENSOR, OWN_SPEED)])
     settings = {"navigation_frame": "enu"} | others | chosen
     Options(filter, **settings)  # an invalid setting is refused before the first run
 
@@ -88,6 +90,8 @@ def own_contender(name: str) -> Contender:
         own: dict[str, Any] = {"body": body_of(recording)} if own_body else {}
         if own_sensor:
             own |= sensor_of(recording)
+        if not own_speed:
+            recording = replace(recording, aids={})
         result = run_recording(recording, filter, settings=settings | own, smooth=smooth)
         return Estimate(result.q_nb, result.sigma_rad, None, result.ready)
 

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from hnav.filters.options import Options
+from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.reference import earth
@@ -25,6 +26,7 @@ LENGTH_S, WARM_S, REST_S = 120.0, 15.0, 6.0
 SCORED_S = 10.0
 """From so long after the beginning on."""
 FIELD_T, DIP_RAD, FIELD_NOISE_T = 48e-6, 1.15, 3e-7
+SPEED_HZ, SPEED_SIGMA_M_S = 1, 0.3
 GRADES = ("industrial",)
 GAINS_M_S2 = 2.0
 """What a body that starts from rest accelerates by, at the most and about."""
@@ -128,6 +130,8 @@ BODIES = {
     "ship": "ship", "quadrotor": "quadrotor", "car": "car", "aircraft": "aircraft",
 }  # fmt: skip
 """The option body of the AHRS for each kind."""
+ALONG_X = ("boat", "car", "ship", "aircraft")
+"""Kinds that move where body x points: their recordings have its speed."""
 
 
 def motion(kind: str, seed: int) -> Recording:
@@ -148,7 +152,19 @@ def motion(kind: str, seed: int) -> Recording:
     field_n = FIELD_T * np.array([np.cos(DIP_RAD), 0, np.sin(DIP_RAD)])
     field = attitude.inv().apply(field_n) + rng.normal(0, FIELD_NOISE_T, (len(t), 3))
     reference = (ENU * attitude).as_quat(scalar_first=True)
-    return Recording(f"{kind} {seed}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S)
+    aids = {}
+    if kind in ALONG_X:
+        aids["speed"] = _measured_speed(
+            np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
+        )
+    return Recording(f"{kind} {seed}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
+
+
+def _measured_speed(rng: np.random.Generator, t: Array, ahead_m_s: Array) -> AidSamples:
+    """Of the velocity along body x, as a GNSS receiver measures it."""
+    rows = slice(None, None, RATE_HZ // SPEED_HZ)
+    measured = ahead_m_s[rows] + rng.normal(0, SPEED_SIGMA_M_S, len(t[rows]))
+    return AidSamples(t[rows], measured[:, None], np.full((len(measured), 1), SPEED_SIGMA_M_S))
 
 
 def _from_rest(t: Array, velocity: Array, attitude: Rotation) -> Motion:

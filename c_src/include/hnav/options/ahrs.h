@@ -58,6 +58,10 @@ typedef struct hnav_ahrs_options {
     /* Time that a moving body stays at a place of constant azimuth.
      * (0, 1e9] s, default 60. Of a hand in a room. */
     double local_declination_s;
+    /* Sideslip: angle between the horizontal velocity and body x, one sigma; acts with a speed (push_speed).
+     * [0, 10] rad, default 0.03. Of tyres in a bend, of an aircraft in a gust, and of a sensor that is mounted a degree
+     * off. */
+    double speed_slip_rad;
 
     /* ------------------------ timing
      * What a sample stands for, gaps between samples, late samples. */
@@ -66,7 +70,7 @@ typedef struct hnav_ahrs_options {
      * hnav_gyro_hold, default backward. Integrating gyroscopes and averaging FIFOs return the mean over the interval
      * before a sample. */
     int32_t gyro_hold;
-    /* Interval between corrections, at the nearest sample; heading aids correct at once.
+    /* Interval between corrections, at the nearest sample; aids correct at once.
      * (0, 1e3] s, default 0.0347. Long for samples, so that corrections cost little, and short for the motion; half of it
      * gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near. */
     double correction_interval_s;
@@ -79,6 +83,9 @@ typedef struct hnav_ahrs_options {
     /* Angular acceleration in a gap between gyro samples, in units of its running RMS.
      * [0, 1e6], default 2.5. A gap may coincide with the fastest part of a turn. */
     double gap_turn_factor;
+    /* Time after the last speed (push_speed) after which the velocity is unknown.
+     * (0, 1e3] s, default 3. Two samples of a GNSS receiver with 1 Hz may be missing. */
+    double max_speed_age_s;
     /* Largest age of a late sample relative to the newest one.
      * [0, 1e3] s, default 0. Samples are in order; a horizon costs memory and the replay of all events within it. */
     double horizon_s;

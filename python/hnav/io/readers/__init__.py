@@ -74,8 +74,8 @@ def read_aids(
     path, wishes = Path(path), Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, only_aids=True)
     if not (found := aids_of(_raw(path, format, wishes), wishes)):
         raise RecordingError(
-            f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa) or speed (speed_m_s): "
-            "name its columns by columns lat_deg=NAME"
+            f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
+            "or heading (antenna_heading_deg): name its columns by columns lat_deg=NAME"
         )
     return found
 

@@ -1,4 +1,4 @@
-"""Columns of satellites, pressure and wheels, by their names: lat_deg, gps_latitude, Longitude (deg), vel_n_m_s, hAcc, baro_hPa."""
+"""Columns of satellites, pressure, wheels and headings, by their names: lat_deg, gps_latitude, Longitude (deg), vel_n_m_s, hAcc, baro_hPa."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import NamedTuple
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
     "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
-    "pressure_pa": "pressure", "speed_m_s": "velocity", "received_s": "time",
+    "pressure_pa": "pressure", "speed_m_s": "velocity", "antenna_heading_deg": "angle",
+    "sigma_heading_deg": "angle", "received_s": "time",
 }  # fmt: skip
 """Possible contents of a column, and the quantity of each."""
 
@@ -48,6 +49,9 @@ _NAMES = {
     "sigma_vel": "sigmavel sacc speedaccuracy velocityaccuracy velacc sigmavelocity stdvel",
     "pressure_pa": "pressure staticpressure baro barometer barometricpressure baropressure press airpressure atmosphericpressure",
     "speed_m_s": "wheelspeed odospeed odometerspeed vehiclespeed wheelvelocity odometry speedwheel",
+    # A heading without more words may be a truth or another filter's answer: it is none.
+    "antenna_heading_deg": "antennaheading dualantennaheading headingdualantenna baselineheading headingbaseline rtkheading relheading",
+    "sigma_heading_deg": "sigmaheading headingsigma accheading headingaccuracy headingacc stdheading headingstd",
     "received_s": "received receivedat arrival arrived timereceived treceived",
 }
 _STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}

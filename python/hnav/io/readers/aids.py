@@ -1,4 +1,4 @@
-"""Samples of satellites, pressure and wheels out of the columns of a table."""
+"""Samples of satellites, pressure, wheels and headings out of the columns of a table."""
 
 from __future__ import annotations
 
@@ -28,8 +28,11 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
         "velocity": _velocity(given),
         "pressure": _pressure(given, columns),
         "speed": given.get("speed_m_s", np.empty(0))[:, None] if "speed_m_s" in given else None,
+        "heading": np.radians(given["antenna_heading_deg"])[:, None] if "antenna_heading_deg" in given else None,
     }
-    sigmas = {"position": ("sigma_h", "sigma_h", "sigma_v"), "velocity": 3 * ("sigma_vel",)}
+    if "sigma_heading_deg" in given:
+        given["sigma_heading_rad"] = np.radians(given["sigma_heading_deg"])
+    sigmas = {"position": ("sigma_h", "sigma_h", "sigma_v"), "velocity": 3 * ("sigma_vel",), "heading": ("sigma_heading_rad",)}
     nothing = np.full(len(t_s), np.nan)
     samples = {}
     for kind, read in found.items():
