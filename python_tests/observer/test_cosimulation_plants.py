@@ -15,7 +15,7 @@ from observer.little_fmu import compiled
 
 STATE = 'canGetAndSetFMUstate="true"'
 CAPABLE = f'{STATE} canSerializeFMUstate="true" canHandleVariableCommunicationStepSize="true"'
-DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+DESCRIPTION_2 = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="Steps" guid="{{steps}}">
 <CoSimulation modelIdentifier="steps_fmu" {capable}/>
 <DefaultExperiment stepSize="0.01"/>
@@ -36,22 +36,50 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives></ModelStructure>
 </fmiModelDescription>
 """
+DESCRIPTION_3 = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Steps" instantiationToken="{{steps}}">
+<CoSimulation modelIdentifier="steps_fmu" {capable}/>
+<DefaultExperiment stepSize="0.01"/>
+<ModelVariables>
+<Float64 name="time" valueReference="11" causality="independent"/>
+<Float64 name="x" valueReference="0" causality="output" initial="exact" start="1"/>
+<Float64 name="v" valueReference="1" initial="exact" start="0"/>
+<Float64 name="der(x)" valueReference="2" derivative="0"/>
+<Float64 name="der(v)" valueReference="3" derivative="1"/>
+<Float64 name="k" valueReference="4" causality="parameter" variability="tunable" start="4"/>
+<Float64 name="u" valueReference="5" causality="input" start="0"/>
+<Float64 name="y" valueReference="6" causality="output"/>
+<Float64 name="late" valueReference="7" causality="output"/>
+<Float64 name="wall" valueReference="8" causality="parameter" variability="fixed" start="0"/>
+<Float64 name="mode" valueReference="9" causality="parameter" variability="fixed" start="0"/>
+<Float64 name="sine" valueReference="10" causality="parameter" variability="fixed" start="0"/>
+</ModelVariables>
+<ModelStructure><Output valueReference="0"/><Output valueReference="6"/><Output valueReference="7"/>
+<ContinuousStateDerivative valueReference="2"/><ContinuousStateDerivative valueReference="3"/></ModelStructure>
+</fmiModelDescription>
+"""
 T_S = np.arange(100) * 0.1
 NOISE = np.array([0.0, 0.05])  # densities
 
 
 @pytest.fixture(scope="module")
-def binary(tmp_path_factory):
-    return compiled(tmp_path_factory.mktemp("steps"), source=Path(__file__).with_name("steps_fmu.c"))
+def binaries(tmp_path_factory):
+    """By the version of FMI."""
+    source = Path(__file__).with_name("steps_fmu.c")
+    return {fmi: compiled(tmp_path_factory.mktemp("steps"), source=source, define=("FMI3",) * (fmi == 3)) for fmi in (2, 3)}
 
 
-@pytest.fixture(scope="module")
-def pack(binary, tmp_path_factory):
+@pytest.fixture(scope="module", params=[2, 3])
+def pack(request, binaries, tmp_path_factory):
     def made(capable=CAPABLE):
         path = tmp_path_factory.mktemp("steps") / "steps.fmu"
+        if request.param == 2:
+            description, folder = DESCRIPTION_2.format(capable=capable), "linux64"
+        else:
+            description, folder = DESCRIPTION_3.format(capable=capable.replace("FMUstate", "FMUState")), "x86_64-linux"
         with zipfile.ZipFile(path, "w") as archive:
-            archive.writestr("modelDescription.xml", DESCRIPTION.format(capable=capable))
-            archive.write(binary, "binaries/linux64/steps_fmu.so")
+            archive.writestr("modelDescription.xml", description)
+            archive.write(binaries[request.param], f"binaries/{folder}/steps_fmu.so")
         return path
 
     return made
@@ -115,6 +143,7 @@ def test_of_a_linear_plant_it_is_a_kalman_filter(steps, sensor):
     rows = kalman(y, F, 0.1 * np.diag(NOISE**2), H, 0.05**2, np.array([1.0, 0.0]), np.diag([0.04, 0.09]))
     for k, (x, P) in enumerate(rows):
         e, found = truth[k] - x, truth[k] - [run.x["x"][k], run.x["v"][k]]
+        assert np.abs(e - found) == pytest.approx(0, abs=1e-6 * np.sqrt(P[1, 1]))
         assert found @ np.linalg.solve(run.covariance[k], found) == pytest.approx(e @ np.linalg.solve(P, e), rel=1e-6, abs=1e-6)
     assert run.dropped == run.held == 0 and run.ready[-1]
 
