@@ -23,7 +23,13 @@ from hnav.io.aids import AidSamples, arrived_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 
-SIGMA = {"position": (2.0, 2.0, 4.0), "velocity": (0.2, 0.2, 0.2), "pressure": (20.0,), "speed": (SPEED_SIGMA_M_S,), "heading": (0.02,)}
+SIGMA = {
+    "position": (2.0, 2.0, 4.0),
+    "velocity": (0.2, 0.2, 0.2),
+    "pressure": (20.0,),
+    "speed": (SPEED_SIGMA_M_S,),
+    "heading": (0.02,),
+}
 """Standard deviations of aids where a file has none, in SI units. Chosen: a usual receiver, pressure chip, wheels and two antennas a metre apart."""
 IN_A_GAP = 8
 """Samples of each aid that are kept of a gap without rows: the filter starts again after it."""
