@@ -54,6 +54,11 @@ public:
     void describe(Table& table) override { at_.describe(table); }
 
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
+        if (model_exchange && at_.sizes.nx == 0) {
+            std::snprintf(why->text, sizeof why->text,
+                          "the plant offers Co-Simulation only, and so does its observer: import it for Co-Simulation");
+            return false;
+        }
         if (!check_periods(values, why) || !make_observer(values, start_s, why)) return false;
         if (!fits_the_plan()) {
             std::snprintf(why->text, sizeof why->text,
@@ -225,8 +230,8 @@ private:
         const auto has_sensor = [&](int i) { return hnav_observer_innovation(object_, i, &seen) != HNAV_ERROR_OUT_OF_RANGE; };
         hnav_filter_nx(object_, &nx);
         hnav_observer_get_info(object_, &info);
-        return nx == at_.sizes.nx && info.n_estimated == at_.sizes.estimated() && info.n_indicators == at_.sizes.indicators &&
-               has_sensor(at_.sizes.sensors - 1) && !has_sensor(at_.sizes.sensors);
+        return (nx == at_.sizes.nx || at_.sizes.nx == 0) && info.n_estimated == at_.sizes.estimated() &&
+               info.n_indicators == at_.sizes.indicators && has_sensor(at_.sizes.sensors - 1) && !has_sensor(at_.sizes.sensors);
     }
 
     bool make_observer(const double* values, double start_s, Message* why) {

@@ -144,7 +144,7 @@ const char* Variables::take_sizes(char* numbers) {
     const auto within = [](int size, int min, int max) { return size >= min && size <= max; };
     const bool possible = within(s.states, 1, max_index) && within(s.unknown_inputs, 0, max_index) &&
                           within(s.parameters, 0, max_index) && s.estimated() <= max_index && within(s.known_inputs, 0, 62) &&
-                          within(s.sensors, 1, 62 - s.known_inputs) && within(s.nx, 1, 100000);
+                          within(s.sensors, 1, 62 - s.known_inputs) && within(s.nx, 0, 100000);
     return possible ? nullptr : "a size is impossible";
 }
 
@@ -210,6 +210,7 @@ const char* Variables::check() const {
         for (const Role role : {input_value, input_sample, input_t_meas})
             if (row(role, i) < 0) return "an input is missing";
     if (row(reset_command) < 0 || row(sampling_mode) < 0) return "reset or sampling_mode is missing";
+    if (sizes.nx == 0) return nullptr; // the plant steps itself: no Model Exchange
     const bool states =
         first_state_ >= 0 && first_derivative_ == first_state_ + sizes.nx && first_derivative_ + sizes.nx == table_.size();
     return states ? nullptr : "states and derivatives are not the last rows, nx of each";

@@ -1,5 +1,6 @@
 """FMUs that offer Co-Simulation only: sigma points pass through their steps."""
 
+import json
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,7 +12,12 @@ import pytest
 import hnav
 from command_line import hnav as command
 from hnav.filters.observer import Observer
+from hnav.fmi.fmus import Fmu
+from importers import run_pyfmi_script
+from importing import assert_fits_the_standard
 from observer.little_fmu import compiled
+from observer.test_exported_fmus import state_calls
+from observer.test_exported_in_importers import PYFMI
 
 STATE = 'canGetAndSetFMUstate="true"'
 CAPABLE = f'{STATE} canSerializeFMUstate="true" canHandleVariableCommunicationStepSize="true"'
@@ -258,11 +264,93 @@ def test_states_and_sensors_that_steps_alone_compute_are_refused(steps):
         Observer(hnav.Plan(steps).sensor("late", noise=0.1).state("x", start_sigma=1))
 
 
-def test_it_is_not_exported(steps, tmp_path):
-    with pytest.raises(
-        hnav.HnavValueError, match="steps.fmu offers Co-Simulation only, and an exported observer integrates its plant"
-    ):
-        plan_of(steps).export(tmp_path / "observer.fmu")
+@pytest.fixture(scope="module", params=[2, 3])
+def exported(request, steps, tmp_path_factory):
+    """The version of FMI, and the observer of a spring behind a wall as an FMU of it."""
+    path = tmp_path_factory.mktemp("exported") / "observer.fmu"
+    assert plan_of(steps, wall=1).export(path, request.param, period_s=0.1) == []
+    return request.param, path
+
+
+def step_through(fmu, y, begin, end, parts=1):
+    for k in range(begin, end):
+        fmu.set("x.value", y[k])
+        fmu.set("x.t_meas", T_S[k])
+        fmu.set("x.sample", k + 1)
+        for part in range(parts):
+            fmu.do_step(T_S[k] + part * 0.1 / parts, 0.1 / parts)
+
+
+def test_an_exported_observer_has_the_same_bits_on_every_grid(exported, steps):
+    version, path = exported
+    _, y = simulated(3, wall=True)
+    observer = Observer(plan_of(steps, wall=1))
+    for k in range(60):
+        observer.push("x", T_S[k], y[k])
+        observer.advance(T_S[k] + 0.1)
+    with Fmu(path) as one, Fmu(path) as other:
+        for fmu, parts in ((one, 1), (other, 4)):
+            fmu.set("sampling_mode", "counter")
+            fmu.initialise()
+            step_through(fmu, y, 0, 60, parts)
+        assert {name: one.get(f"est.{name}") for name in "xv"} == observer.estimate()[0]
+        assert {name: one.get(f"sigma.{name}") for name in "xv"} == observer.estimate()[1]
+        posteriors = [[fmu.get(f"{of}.{name}") for of in ("post", "post_sigma") for name in "xv"] for fmu in (one, other)]
+        assert posteriors[0] == posteriors[1] and one.get("count.held") == one.get("count.dropped") == 0
+
+
+def test_an_exported_observer_is_saved_with_what_its_plant_remembers(exported):
+    version, path = exported
+    _, y = simulated(3, wall=True)
+    with Fmu(path) as one, Fmu(path) as other:
+        for fmu in (one, other):
+            fmu.set("sampling_mode", "counter")
+        one.initialise()
+        step_through(one, y, 0, 30)
+        take, to_bytes, _, _ = state_calls(one)
+        content = to_bytes(take())
+        step_through(one, y, 30, 60)
+        _, _, from_bytes, put = state_calls(other)
+        put(from_bytes(content))
+        step_through(other, y, 30, 60)
+        assert [one.get(f"est.{name}") for name in "xv"] == [other.get(f"est.{name}") for name in "xv"]
+
+
+def test_an_exported_observer_offers_what_its_plant_offers(exported, tmp_path):
+    version, path = exported
+    assert_fits_the_standard(path, version)
+    with zipfile.ZipFile(path) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        sizes = archive.read("resources/variables.txt").decode().splitlines()[1]
+    assert root.find("CoSimulation") is not None and root.find("ModelExchange") is None and sizes == "sizes 2 0 0 0 1 0"
+    claims = with_model_exchange(path, tmp_path / "claims.fmu")
+    with Fmu(claims, model_exchange=True) as fmu, pytest.raises(hnav.HnavError, match="import it for Co-Simulation"):
+        fmu.initialise()
+
+
+def with_model_exchange(fmu, path):
+    with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(path, "w") as made:
+        for name in archive.namelist():
+            data = archive.read(name)
+            if name == "modelDescription.xml":
+                data = data.replace(b"  <CoSimulation", b'  <ModelExchange modelIdentifier="Observer"/>\n  <CoSimulation')
+            made.writestr(name, data)
+    return path
+
+
+@pytest.mark.parametrize("exported", [2], indirect=True)
+def test_an_exported_observer_in_pyfmi(exported, tmp_path):
+    _, path = exported
+    _, y = simulated(3, wall=True)
+    outputs = [f"{of}.{name}" for of in ("est", "post", "sigma") for name in "xv"]
+    (tmp_path / "given.json").write_text(json.dumps({"samples": list(y[:40]), "step_s": 0.125, "outputs": outputs}))
+    answer = run_pyfmi_script(PYFMI, (str(path),), tmp_path)
+    with Fmu(path) as fmu:
+        fmu.initialise()
+        for k in range(40):
+            fmu.set("x.value", y[k])
+            fmu.do_step(k * 0.125, 0.125)
+        assert answer["errors"] == [] and answer["ends"] == {name: fmu.get(name) for name in outputs}
 
 
 def test_on_the_command_line(steps, tmp_path):

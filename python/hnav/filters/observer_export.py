@@ -82,13 +82,6 @@ def plant_of(observer: Observer) -> ModelDescription:
             "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange",
             "plan",
         )
-    if observer.plan.plant.step_s:
-        raise HnavValueError(
-            "option",
-            f"{observer.plan.plant.path.name} offers Co-Simulation only, and an exported observer integrates its plant: export the plant for "
-            "Model Exchange",
-            "plan",
-        )
     return observer.plan.plant
 
 
@@ -98,7 +91,7 @@ def texts(observer: Observer, fmi_version: int, period_s: float, covariance: boo
     title = f"Observer of {fmu.name}"
     about = About(
         title, IDENTIFIER, f"Estimates the states of {fmu.name}, which is inside, from its sensors", period_s, 1000 * period_s,
-        _serialises(observer), fmu.once, observer.crosses_events() and fmu.step_done,
+        _serialises(observer), fmu.once, observer.crosses_events() and fmu.step_done, offers_exchange=not fmu.step_s,
     )  # fmt: skip
     made = {
         "modelDescription.xml": model_description(about, rows, {"s": _SECOND} | fmu.units, fmi_version),
@@ -156,7 +149,8 @@ def table(observer: Observer, period_s: float, covariance: bool | None = None) -
         Row("time", 0, "time", "Simulation time", causality="independent", variability="continuous", unit="s"),
         *_inputs(observer), *_parameters(observer, period_s), *_outputs(observer, covariance), *_health(observer),
     ]  # fmt: skip
-    rows = _with_states(observer, [*rows, *_indicators(observer)])
+    if not plant_of(observer).step_s:
+        rows = _with_states(observer, [*rows, *_indicators(observer)])
     seen = set[str]()
     for row in rows:
         if row.name in seen:
@@ -386,14 +380,19 @@ def _variables(observer: Observer, rows: list[Row]) -> str:
 
 def _about(observer: Observer) -> list[str]:
     fmu, plan = plant_of(observer), observer.plan
+    flow = (
+        "Between them sigma points pass through the plant's own steps: it offers Co-Simulation only, and so does its observer."
+        if fmu.step_s
+        else "Between them SUNDIALS integrates the states and their transition matrix; in Model Exchange the importer does, and these and the "
+        "noise that enters are continuous states."
+    )
     options = ", ".join(f"{name} = {number(v) if isinstance(v, float) else v}" for name, v in observer.options.changed().items())
     return [
         f"Estimates {', '.join(observer.names)} of {fmu.name} from samples of {', '.join(plan.sensors)}"
         + (f", knowing {', '.join(plan.inputs)}" if plan.inputs else "")
         + ". The plant is inside, under resources/plant, with its own licences; whoever passes this FMU on needs the right to pass the plant on.",
-        "Inputs are samples: sampling_mode says what makes one. Between them SUNDIALS integrates the states and their transition matrix, at "
-        "a sample an extended Kalman filter corrects them. Values are in the plant's units.",
-        "In Model Exchange the importer integrates: the states, their transition matrix and the noise that enters are continuous states.",
+        f"Inputs are samples: sampling_mode says what makes one. {flow} At a sample an extended Kalman filter corrects them. Values are in the "
+        "plant's units.",
         *(
             ["There the plant's events are the importer's, on one estimate: in Co-Simulation it splits where an event may have been or not."]
             if observer.crosses_events()

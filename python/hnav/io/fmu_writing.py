@@ -69,6 +69,8 @@ class About:
     """Only one instance for each process."""
     needs_step_completion: bool = False
     """In Model Exchange the importer must report each completed integrator step."""
+    offers_exchange: bool = True
+    """Model Exchange beside Co-Simulation."""
 
 
 def token(rows: Iterable[Row]) -> str:
@@ -130,7 +132,7 @@ def _interfaces(about: About, fmi: int) -> list[str]:
     exchange = {"completedIntegratorStepNotNeeded": not needed} if fmi == 2 else {"needsCompletedIntegratorStep": needed}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
     return [
-        f"  <ModelExchange{_attributes(**both, **exchange)}/>",
+        *([f"  <ModelExchange{_attributes(**both, **exchange)}/>"] if about.offers_exchange else []),
         f"  <CoSimulation{_attributes(**both, canHandleVariableCommunicationStepSize=True, **steps)}/>",
     ]
 
