@@ -148,6 +148,7 @@ private:
     static void note_contradiction(State& s, R interval_s);
 
     // start.hpp
+    void begin_bias(State& s) const;
     void put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const;
     void forget_attitude(State& s) const;
     void collect_for_start(State& s, const Event& event) const;

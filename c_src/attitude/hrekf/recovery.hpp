@@ -69,8 +69,13 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     return std::fabs(size - g) < R(0.4) * g && -mean[2] < far_cosine * size;
 }
 
+// The estimated bias is kept, except one that its prior excludes: it comes from wrong samples, and with it the attitude would be lost again
+// and again, each time after seconds, until the bias has returned after a minute.
 template <class R>
 void HrekfModelOf<R>::lose_attitude(State& s) const {
+    constexpr R excluded = 10; // sigmas of the prior; chosen: every gyroscope is within
+    const Vector3R off = Vector3R(s.bias) - Vector3(options_.start_gyro_bias_rad_s).cast<R>();
+    if (off.template lpNorm<Eigen::Infinity>() > excluded * R(options_.start_sigma_bias_rad_s)) begin_bias(s);
     realign(s);
     for (R& f : s.mean_force) f = 0;
     s.lost = 1;

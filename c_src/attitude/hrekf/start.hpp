@@ -19,14 +19,19 @@ void HrekfModelOf<R>::put_covariance(State& s, R sigma_heading, const Matrix3R& 
 template <class R>
 void HrekfModelOf<R>::begin(State& s) const {
     put_q(s, {1, 0, 0, 0});
-    Eigen::Map<Vector3R>(s.bias) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
-    const R bias = R(options_.start_sigma_bias_rad_s);
-    put_covariance(s, start_.sigma_heading, bias * bias * Matrix3R::Identity());
-    pack<3>(Matrix3R(density_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
+    begin_bias(s);
     s.gamma = std::numeric_limits<R>::infinity();
     s.gamma_margin = 1;
     for (InnovationOf<R>& i : s.innovation) i = {};
     forget_attitude(s);
+}
+
+template <class R>
+void HrekfModelOf<R>::begin_bias(State& s) const {
+    Eigen::Map<Vector3R>(s.bias) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
+    const R bias = R(options_.start_sigma_bias_rad_s);
+    put_covariance(s, start_.sigma_heading, bias * bias * Matrix3R::Identity());
+    pack<3>(Matrix3R(density_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
 }
 
 template <class R>
