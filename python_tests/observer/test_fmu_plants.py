@@ -398,7 +398,13 @@ def test_a_plant_that_loops_for_ever_ends_by_an_interrupt(tmp_path, name, said):
     command = [sys.executable, "-m", "hnav", "observe", name, "--plan", "plan.toml"]
     surroundings = os.environ | {"LITTLE_LOOPS": "loops"}
     with subprocess.Popen(
-        command, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=tmp_path, env=surroundings
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        cwd=tmp_path,
+        env=surroundings,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a shell in the background ignores it
     ) as process:
         while not (tmp_path / "loops").exists():
             assert process.poll() is None, process.stderr.read()

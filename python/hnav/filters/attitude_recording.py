@@ -83,10 +83,12 @@ class LibraryRun:
 
 
 class Speeds(NamedTuple):
-    """n: speeds along body x, NaN in rows without one, and their standard deviations."""
+    """Speeds along body x of n rows."""
 
     m_s: np.ndarray
+    """n; NaN in rows without one."""
     sigma_m_s: np.ndarray
+    """n, standard deviations."""
 
 
 def speeds_of(recording: Recording, options: Options) -> Speeds | None:

@@ -30,7 +30,7 @@ RULES = {
     "leave_vertical_bias": Rule(
         "products of bias and tilt, linearised about one heading after the other, make the bias about the vertical look observable",
         "any_heading.cpp",
-        {"    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, before, P, error);\n": ""},
+        {"    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, gyro_before, P, error);\n": ""},
     ),
     "turn_what_was_gathered": Rule(
         "the tilt by biases was gathered about axes that have turned since",
