@@ -69,7 +69,7 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     return std::fabs(size - g) < R(0.4) * g && -mean[2] < far_cosine * size;
 }
 
-// The estimated bias is kept, except one that its prior excludes: it comes from wrong samples, and with it the attitude would be lost again
+// The estimated bias is kept, unless its prior excludes it: then it comes from wrong samples, and with it the attitude would be lost again
 // and again, each time after seconds, until the bias has returned after a minute.
 template <class R>
 void HrekfModelOf<R>::lose_attitude(State& s) const {
