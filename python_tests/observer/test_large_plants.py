@@ -45,9 +45,17 @@ def test_150_numbers_have_their_own_moments():
     assert smooth.sigma["x0"][0] < run.sigma["x0"][0] and smooth.sigma["x9"][0] == pytest.approx(run.sigma["x9"][0], rel=1e-9)
 
 
-def test_beyond_the_most_a_sentence_says_so():
-    with pytest.raises(HnavValueError, match="are 1001, the most is 1000: estimate fewer parameters"):
-        Observer(decays(1001))
+@pytest.mark.slow
+def test_memory_alone_limits_how_many_numbers_are_estimated():
+    assert Observer(decays(1001), queue_capacity=4).info().dropped == 0
+
+
+@pytest.mark.parametrize("count", [2500, 5001])
+def test_more_numbers_than_memory_holds_are_refused_with_a_remedy(count):
+    with pytest.raises(
+        HnavValueError, match=f"{count} states, unknown inputs and parameters .* 1 GiB.*: estimate fewer parameters"
+    ):
+        Observer(decays(count))
 
 
 def test_numbers_beyond_the_memory_are_refused_with_a_remedy_that_holds():
