@@ -1,4 +1,4 @@
-"""Plants of more than 64 numbers, and where they end."""
+"""Plants of more than 64 estimated numbers, up to the limit of memory."""
 
 import re
 
@@ -19,7 +19,7 @@ RATES = np.linspace(0.1, 2.0, N)
 
 
 def decays(count: int = N) -> Plan:
-    """So many numbers that decay by themselves, of which the first is measured."""
+    """Independent decays, of which the first is measured."""
     rates = np.resize(RATES, count)
     names = [f"x{i}" for i in range(count)]
     plant = Plant(
@@ -85,7 +85,7 @@ CELLS, T_S = 30, np.arange(1.0, 6.0)
 
 
 def rod_run(folder, **said):
-    """Of a rod that is said to be so."""
+    """The observer of a rod with these declared dependencies, and its run."""
     observer = Observer(plan_of(rod_fmu(folder, CELLS, **said), CELLS), start_mode="given")
     return observer, observer.run(T_S, {name: np.sin(T_S + i) for i, name in enumerate(observer.plan.sensors)})
 

@@ -1,4 +1,4 @@
-"""Plans as files: TOML for people, and the text that the library reads."""
+"""Plans in files: TOML of the user, and the text that the library reads."""
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_a_file_names_its_fmu(little_fmu):
 
 
 def opened(folder) -> str:
-    """What the library says of a folder with a plan; empty if it takes it."""
+    """The library's message for a folder with a plan; empty if it accepts it."""
     observer, message = ffi.new("hnav_filter **"), ffi.new("char[]", 320)
     options = ffi.new("hnav_observer_options *", library().hnav_observer_defaults())
     library().hnav_observer_open(observer, options, str(folder).encode(), message, len(message))
@@ -112,7 +112,7 @@ def test_a_damaged_plan_is_refused_by_its_line(little_fmu, little_binary, tmp_pa
 
 
 def test_a_plan_has_as_many_unknown_inputs_and_start_values_as_it_likes(little_fmu, little_binary, tmp_path):
-    """Each stands beside a parameter whose start is the FMU's own."""
+    """150 unknown inputs, 1001 start values, and a parameter that starts at the FMU's own value."""
     (tmp_path / "binaries/linux64").mkdir(parents=True)
     (tmp_path / "resources").mkdir()
     (tmp_path / "binaries/linux64/little.so").write_bytes(little_binary.read_bytes())
