@@ -11,8 +11,12 @@ class Arena {
 public:
     explicit Arena(void* block = nullptr) : block_(static_cast<char*>(block)) {}
 
-    double* doubles(int count) { return static_cast<double*>(take(count * sizeof(double))); }
-    int* integers(int count) { return static_cast<int*>(take(count * sizeof(int))); }
+    template <class T>
+    T* rows(int count) {
+        return static_cast<T*>(take(count * sizeof(T)));
+    }
+    double* doubles(int count) { return rows<double>(count); }
+    int* integers(int count) { return rows<int>(count); }
 
     std::size_t used() const { return used_; }
 

@@ -31,6 +31,20 @@ inline void release_block(void* block) {
     std::free(taken);
 }
 
+// A block that ends with its scope.
+class Block {
+public:
+    explicit Block(std::size_t bytes) : block_(take_block(bytes)) {}
+    ~Block() { release_block(block_); }
+    Block(const Block&) = delete;
+    Block& operator=(const Block&) = delete;
+
+    double* doubles() const { return static_cast<double*>(block_); } // null without memory
+
+private:
+    void* block_;
+};
+
 // Null without memory.
 template <class T, class... Arguments>
 T* make_object(Arguments&&... arguments) {

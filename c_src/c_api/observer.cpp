@@ -74,6 +74,14 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
     return HNAV_OK;
 }
 
+hnav_status too_large(const hnav::observer::PlantSizes& sizes, int capacity, double bytes, const char* remedy,
+                      const hnav::CallersMessage& caller) {
+    return caller.fail(HNAV_ERROR_OPTION,
+                       "%d states, unknown inputs and parameters with queue_capacity = %d take %.1f GiB, an observer may take "
+                       "1 GiB: %sestimate fewer parameters and unknown inputs, or export a coarser model",
+                       sizes.estimated(), capacity, bytes / hnav::max_filter_bytes, remedy);
+}
+
 // The numbers of a plan take memory in the workspace and in each place of the queue.
 hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& model,
                          const ObserverObject::FilterOfModel::Settings& settings, const hnav::CallersMessage& caller) {
@@ -85,10 +93,7 @@ hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& m
     const double holds = hnav::capacity_that_fits(capacity, queue, left);
     char remedy[64] = "";
     if (holds >= 2) std::snprintf(remedy, sizeof remedy, "take queue_capacity = %.0f, ", holds);
-    return caller.fail(HNAV_ERROR_OPTION,
-                       "%d states, unknown inputs and parameters with queue_capacity = %d take %.1f GiB, an observer may take "
-                       "1 GiB: %sestimate fewer parameters and unknown inputs, or export a coarser model",
-                       o.problem->N, capacity, (fixed + queue) / hnav::max_filter_bytes, remedy);
+    return too_large(o.plant->sizes, capacity, fixed + queue, remedy, caller);
 }
 
 hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller) {
@@ -126,6 +131,8 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
 }
 
 hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known, const hnav::CallersMessage& caller) {
+    const auto fixed = static_cast<double>(memory_bytes(o->plant->sizes));
+    if (fixed > hnav::max_filter_bytes) return too_large(o->plant->sizes, o->options.queue_capacity, fixed, "", caller);
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
     if (!o->problem->assign(known, why)) return caller.fail(hnav::status_of(why), "%s", why.text);

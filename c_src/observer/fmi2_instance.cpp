@@ -132,9 +132,10 @@ public:
     Answer deserialize(const void* bytes, std::size_t count, void** state) override {
         return deserialize_ ? answer(deserialize_(instance_, static_cast<const fmi2Byte*>(bytes), count, state)) : Answer::broken;
     }
-    Answer directional(const Reference* unknown, int rows, const Reference* known, int count, double* column) override {
+    Answer directional(const Reference* unknown, int rows, const Reference* known, int count, const double* seed,
+                       double* column) override {
         if (!directional_) return Answer::broken;
-        return answer(directional_(instance_, unknown, rows, known, count, ones(), column));
+        return answer(directional_(instance_, unknown, rows, known, count, seed, column));
     }
 
     Answer step(double t_s, double length_s, bool* terminate) override {

@@ -48,8 +48,9 @@ public:
     virtual Answer state_bytes(void* state, std::size_t* bytes) = 0;
     virtual Answer serialize(void* state, void* bytes, std::size_t count) = 0;
     virtual Answer deserialize(const void* bytes, std::size_t count, void** state) = 0;
-    // Along all the known ones together.
-    virtual Answer directional(const Reference* unknown, int rows, const Reference* known, int count, double* column) = 0;
+    // Along all the known ones together, by as much of each as seed has.
+    virtual Answer directional(const Reference* unknown, int rows, const Reference* known, int count, const double* seed,
+                               double* column) = 0;
 
     // Of Co-Simulation; it may be set back to a state before this step.
     virtual Answer step(double t_s, double length_s, bool* terminate) = 0;
@@ -60,10 +61,8 @@ public:
     bool dead = false; // after a fatal error no function may be called
 
 protected:
-    explicit FmiInstance(bool steps) : steps_(steps) { std::fill_n(ones_, max_estimated, 1.0); }
+    explicit FmiInstance(bool steps) : steps_(steps) {}
     ~FmiInstance() = default;
-
-    const double* ones() const { return ones_; }
 
     // In Co-Simulation.
     bool steps() const { return steps_; }
@@ -89,7 +88,6 @@ protected:
 
 private:
     const bool steps_;
-    double ones_[max_estimated];
 };
 
 // steps: in Co-Simulation. Null: no memory.

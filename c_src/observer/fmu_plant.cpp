@@ -1,5 +1,6 @@
 #include "observer/fmu_plant.hpp"
 
+#include "base/arena.hpp"
 #include "base/memory.hpp"
 #include "observer/dependencies.hpp"
 #include "observer/platform.hpp"
@@ -39,20 +40,38 @@ bool full_path(const char* folder, char* to) {
 
 FmuPlant* FmuPlant::open(const char* folder, Plan& plan, double start_s, Refusal& why) {
     auto* plant = make_object<FmuPlant>();
-    if (!plant) {
+    if (!plant || !plant->prepare(plan)) {
         why.refuse(Refusal::plant, "no memory for a plant");
+        destroy_object(plant);
         return nullptr;
     }
-    plant->plan_ = plan;
-    plant->sizes = plan.sizes;
     plant->start_s_ = start_s;
-    plant->list_asked();
-    if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) {
-        plant->plan_ = plan;
-        return plant;
-    }
+    if (plant->load(folder, why) && plant->start(why) && plant->take_starts(plan, why)) return plant;
     plant->destroy();
     return nullptr;
+}
+
+// False: no memory.
+bool FmuPlant::prepare(const Plan& plan) {
+    if (!plan_.copy(plan)) return false;
+    sizes = plan.sizes;
+    rows_ = take_block(place_rows(nullptr));
+    if (!rows_) return false;
+    place_rows(rows_);
+    std::fill_n(ones_, sizes.estimated(), 1.0);
+    list_asked();
+    return true;
+}
+
+// Bytes of all.
+std::size_t FmuPlant::place_rows(void* block) {
+    Arena arena(block);
+    inputs_ = arena.doubles(sizes.inputs);
+    parameters_ = arena.doubles(sizes.parameters);
+    column_ = arena.doubles(std::max(sizes.states, sizes.outputs));
+    ones_ = arena.doubles(sizes.estimated());
+    together_ = arena.rows<Reference>(sizes.estimated());
+    return arena.used();
 }
 
 void FmuPlant::list_asked() {
@@ -145,8 +164,11 @@ bool FmuPlant::take_memory(Refusal& why) {
 }
 
 bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
-    double own[max_estimated], nominal[max_estimated];
-    const int n = sizes.states, unknown = sizes.unknown_inputs, known = sizes.known_inputs();
+    const int n = sizes.states;
+    const Block moments(2 * n * sizeof(double));
+    if (!moments.doubles()) return why.refuse(Refusal::plant, "no memory for a plant");
+    double *own = moments.doubles(), *nominal = own + n;
+    const int unknown = sizes.unknown_inputs, known = sizes.known_inputs();
     Answer done = by_steps() ? fmi_->get(plan_.state, n, own) : fmi_->get_states(own, n);
     std::fill_n(nominal, n, 1.0);
     if (done == Answer::ok && !by_steps()) done = fmi_->get_nominals(nominal, n);
@@ -162,11 +184,12 @@ bool FmuPlant::take_starts(Plan& plan, Refusal& why) {
     fill(plan.start + n, inputs_ + known, unknown);
     fill(plan.start + n + unknown, parameters_, sizes.parameters);
     fill(plan.input_start, inputs_, known);
-    return true;
+    return plan_.copy(plan) || why.refuse(Refusal::plant, "no memory for a plant");
 }
 
 void FmuPlant::close() {
     release_block(held_);
+    release_block(rows_);
     if (!fmi_) return;
     free_instance();
     fmi_->destroy();
@@ -284,7 +307,9 @@ bool FmuPlant::begin_steps(Refusal& why) {
             "for Model Exchange",
             plan_.identifier);
     if (!take_memory(why)) return false;
-    double x[max_estimated], after[max_estimated];
+    const Block states(4 * sizes.states * sizeof(double));
+    if (!states.doubles()) return why.refuse(Refusal::plant, "no memory for a plant");
+    double *x = states.doubles(), *after = x + sizes.states;
     if (keep(fmi_->get(plan_.state, sizes.states, x), "reading its states") != Answer::ok) return refuse(why);
     const Point start{start_s_, x, inputs_, parameters_};
     if (place(start) != Answer::ok)
@@ -294,12 +319,13 @@ bool FmuPlant::begin_steps(Refusal& why) {
             plan_.identifier, said_);
     if (step(start, plan_.step_s, after) != Answer::ok)
         return why.refuse(Refusal::plant, "%s makes no step: %s", plan_.identifier, said_);
-    return sensors_follow(x, after, why) && states_follow(x, after, why) && (recall(held_) == Answer::ok || refuse(why));
+    return sensors_follow(x, after, why) && states_follow(x, after, after + sizes.states, why) &&
+           (recall(held_) == Answer::ok || refuse(why));
 }
 
-// A step from other states has another end.
-bool FmuPlant::states_follow(const double* x, const double* after, Refusal& why) {
-    double moved[max_estimated], after_moved[max_estimated];
+// A step from other states has another end. moved: room for twice the states.
+bool FmuPlant::states_follow(const double* x, const double* after, double* moved, Refusal& why) {
+    double* after_moved = moved + sizes.states;
     for (int i = 0; i < sizes.states; ++i) {
         std::copy_n(x, sizes.states, moved);
         moved[i] += 1e-3 * std::max(std::fabs(x[i]), 1.0);
@@ -477,7 +503,7 @@ Answer FmuPlant::columns_of_outputs(Variable variable, double* J) {
     const int first = sizes.first(variable), N = sizes.estimated();
     for (int j = first; j < first + sizes.count(variable); ++j) {
         const Reference by = known(j);
-        const Answer done = keep(fmi_->directional(asked_, asked_count_, &by, 1, column_), "GetDirectionalDerivative");
+        const Answer done = keep(fmi_->directional(asked_, asked_count_, &by, 1, ones_, column_), "GetDirectionalDerivative");
         if (done != Answer::ok) return done;
         for (int i = 0; i < sizes.outputs; ++i) J[i * N + j] = column_[asked_as_[i]];
     }
@@ -488,7 +514,7 @@ Answer FmuPlant::columns_of_derivatives(Variable variable, const Dependencies& d
     for (int g = dependencies.first_group(variable); g < dependencies.last_group(variable); ++g) {
         const auto group = dependencies.group(g);
         for (int k = 0; k < group.count(); ++k) together_[k] = known(group.first[k]);
-        const Answer done = keep(fmi_->directional(plan_.derivative, sizes.states, together_, group.count(), column_),
+        const Answer done = keep(fmi_->directional(plan_.derivative, sizes.states, together_, group.count(), ones_, column_),
                                  "GetDirectionalDerivative");
         if (done != Answer::ok) return done;
         for (const int j : group)
@@ -508,7 +534,7 @@ Answer FmuPlant::jacobian(Function function, const bool (&wanted)[variables], co
 }
 
 bool FmuPlant::declares_dependencies() const {
-    return std::any_of(plan_.declared, plan_.declared + sizes.states, [](bool is) { return is; });
+    return std::any_of(plan_.declared, plan_.declared + sizes.states, [](std::uint8_t is) { return is != 0; });
 }
 
 int FmuPlant::state_of_output(int output) const {

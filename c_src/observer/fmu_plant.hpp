@@ -43,6 +43,8 @@ public:
     void destroy() override;
 
 private:
+    bool prepare(const Plan& plan);
+    std::size_t place_rows(void* block);
     void list_asked();
     bool load(const char* folder, Refusal& why);
     bool start(Refusal& why);
@@ -53,7 +55,7 @@ private:
     bool take_starts(Plan& plan, Refusal& why);
     bool begin_events(Refusal& why);
     bool begin_steps(Refusal& why);
-    bool states_follow(const double* x, const double* after, Refusal& why);
+    bool states_follow(const double* x, const double* after, double* moved, Refusal& why);
     bool sensors_follow(const double* x, const double* after, Refusal& why);
     bool take_memory(Refusal& why);
     void free_instance();
@@ -86,11 +88,12 @@ private:
     bool has_gone_on_ = false;
     double next_event_s_ = HUGE_VAL, first_event_s_ = HUGE_VAL;
     // Variables of sensors, each once, and the one of each sensor: some FMUs return a repeated variable once.
-    std::uint32_t asked_[max_channels_used] = {};
+    Reference asked_[max_channels_used] = {};
     int asked_as_[max_channels_used] = {}, asked_count_ = 0;
-    // The values set last.
-    double inputs_[max_inputs] = {}, parameters_[max_estimated] = {}, column_[max_estimated] = {};
-    Reference together_[max_estimated] = {};
+    // The values set last; room for a column of derivatives, and for the variables of a group with their seed.
+    void* rows_ = nullptr;
+    double *inputs_ = nullptr, *parameters_ = nullptr, *column_ = nullptr, *ones_ = nullptr;
+    Reference* together_ = nullptr;
 };
 
 } // namespace hnav::observer

@@ -56,7 +56,7 @@ LivePlant::Way LivePlant::way_of(std::uint64_t token, Plan* plan) {
     const SpinLock::Held held(guard);
     for (const LivePlant* one = first; one; one = one->next_) {
         if (one->token_ != token || !one->way_.answers) continue;
-        *plan = *one->way_.plan;
+        if (!plan->copy(*one->way_.plan)) return {};
         Way way{plan, one->way_.start_s, static_cast<double*>(take_block(one->way_.count * sizeof(double))), one->way_.count};
         if (way.answers) std::copy_n(one->way_.answers, way.count, way.answers);
         return way;

@@ -32,9 +32,20 @@ class Walk {
 public:
     // Of a step: states, derivatives, sensors, statuses, time of the next event.
     static int numbers_of(const PlantSizes& sizes) { return 2 * sizes.states + sizes.outputs + 2; }
+    static int answers_of(const PlantSizes& sizes) { return steps * numbers_of(sizes); }
+    // Of all steps, and behind them the present states and inputs.
+    static std::size_t bytes_of(const PlantSizes& sizes) {
+        return (answers_of(sizes) + sizes.states + sizes.inputs) * sizeof(double);
+    }
 
     Walk(FmuPlant& plant, const Plan& plan, double start_s, double* to)
-        : plant_(plant), plan_(plan), t_s_(start_s), next_s_(plant.first_event_s()), answers_(to) {
+        : plant_(plant),
+          plan_(plan),
+          t_s_(start_s),
+          next_s_(plant.first_event_s()),
+          answers_(to),
+          x_(to + answers_of(plan.sizes)),
+          u_(x_ + plan.sizes.states) {
         const PlantSizes& sizes = plan.sizes;
         std::copy_n(plan.start, sizes.states, x_);
         std::copy_n(plan.input_start, sizes.known_inputs(), u_);
@@ -74,8 +85,7 @@ private:
     const Plan& plan_;
     double t_s_, next_s_;
     int done_ = 0, leapt_ = 0;
-    double x_[max_estimated], u_[max_inputs];
-    double* answers_;
+    double *answers_, *x_, *u_;
 };
 
 bool differ(double a, double b) {
@@ -101,26 +111,18 @@ bool agree(const Plan& plan, const double* alone, const double* beside, Refusal&
     return true;
 }
 
-struct Block {
-    double* numbers = nullptr;
-    ~Block() { release_block(numbers); }
-    bool take(int count) {
-        numbers = static_cast<double*>(take_block(count * sizeof(double)));
-        return numbers != nullptr;
-    }
-};
-
 // Two instances beside the existing ones, the second made while the first is stepped, compared with a single instance.
 bool leave_each_other_alone(const char* folder, Plan& plan, const LivePlant::Way& way, Refusal& why) {
-    Block memory;
-    if (!memory.take(2 * way.count)) return why.refuse(Refusal::plant, "no memory for a trial of %s", plan.identifier);
+    const Block of_first(Walk::bytes_of(plan.sizes)), of_second(Walk::bytes_of(plan.sizes));
+    if (!of_first.doubles() || !of_second.doubles())
+        return why.refuse(Refusal::plant, "no memory for a trial of %s", plan.identifier);
     Owned<FmuPlant> one{FmuPlant::open(folder, plan, way.start_s, why)};
     if (!one.object) return false;
-    Walk first(*one.object, plan, way.start_s, memory.numbers);
+    Walk first(*one.object, plan, way.start_s, of_first.doubles());
     first.go_to(steps / 4);
     Owned<FmuPlant> other{FmuPlant::open(folder, plan, way.start_s, why)};
     if (!other.object) return false;
-    Walk second(*other.object, plan, way.start_s, memory.numbers + way.count);
+    Walk second(*other.object, plan, way.start_s, of_second.doubles());
     for (int k = steps / 4; k < steps; ++k) {
         second.go_to(k);
         first.go_to(std::min(k, 3 * steps / 4));
@@ -128,7 +130,7 @@ bool leave_each_other_alone(const char* folder, Plan& plan, const LivePlant::Way
     second.go_to(steps);
     other.end();
     first.go_to(steps);
-    return agree(plan, way.answers, memory.numbers, why) && agree(plan, way.answers, memory.numbers + way.count, why);
+    return agree(plan, way.answers, of_first.doubles(), why) && agree(plan, way.answers, of_second.doubles(), why);
 }
 
 SpinLock one_at_a_time;
@@ -163,8 +165,8 @@ FmuPlant* open_beside_others(const char* folder, Plan& plan, double start_s, Ref
     if (!plant) return nullptr;
     LivePlant::Way way;
     if (is_first && !plan.once && !plan.never_freed) {
-        way = {plant->plan(), start_s, nullptr, steps * Walk::numbers_of(plan.sizes)};
-        way.answers = static_cast<double*>(take_block(way.count * sizeof(double)));
+        way = {plant->plan(), start_s, nullptr, Walk::answers_of(plan.sizes)};
+        way.answers = static_cast<double*>(take_block(Walk::bytes_of(plan.sizes)));
         if (way.answers) Walk(*plant, *way.plan, start_s, way.answers).go_to(steps);
         if (!plant->back_at_start() && !plant->go_to_start(why)) {
             release_block(way.answers);

@@ -1,5 +1,6 @@
 #include "observer/plan.hpp"
 
+#include "base/arena.hpp"
 #include "base/memory.hpp"
 
 #include <cmath>
@@ -11,7 +12,13 @@
 namespace hnav::observer {
 namespace {
 
-enum Kind { states, inputs, unknowns, parameters, kinds };
+constexpr int max_line = max_path + max_text;
+
+// Lines that make rows.
+enum Kind { states, inputs, unknowns, parameters, sensors, values, kinds };
+constexpr const char* key_of[kinds] = {"state", "input", "unknown", "parameter", "sensor", "set"};
+
+bool is(const char* key, const char* name) { return std::strcmp(key, name) == 0; }
 
 // The words of one line, taken one after the other.
 class Words {
@@ -57,23 +64,10 @@ private:
     bool whole_ = true;
 };
 
-// Statistics of an estimated number, until the number of states is known.
-struct Estimated {
-    double start, sigma, noise, nominal, ready, time_constant;
-
-    void read(Words& words) {
-        start = words.number();
-        sigma = words.number();
-        noise = words.number();
-        nominal = words.number();
-        ready = words.number();
-    }
-};
-
 // Reads line after line.
 class Reader {
 public:
-    explicit Reader(Plan& plan) : plan_(plan) {}
+    explicit Reader(Plan& plan) : plan_(plan), sizes_(plan.sizes) {}
 
     // Null: the line was read.
     const char* take(Words& words) {
@@ -89,32 +83,7 @@ public:
 
     bool ended() const { return ended_; }
 
-    // Collects the rows that were read.
-    void finish() {
-        plan_.sizes.states = count_[states];
-        plan_.sizes.inputs = count_[inputs] + count_[unknowns];
-        plan_.sizes.unknown_inputs = count_[unknowns];
-        plan_.sizes.parameters = count_[parameters];
-        for (int i = 0; i < count_[unknowns]; ++i) {
-            plan_.input[count_[inputs] + i] = unknown_[i];
-            plan_.input_is_discrete[count_[inputs] + i] = false;
-            plan_.time_constant_s[i] = row_[unknowns][i].time_constant;
-        }
-        int next = 0;
-        for (const Kind kind : {states, unknowns, parameters})
-            for (int i = 0; i < count_[kind] && next < max_estimated; ++i, ++next) {
-                const Estimated& e = row_[kind][i];
-                plan_.start[next] = e.start;
-                plan_.start_sigma[next] = e.sigma;
-                plan_.noise[next] = e.noise;
-                plan_.nominal[next] = e.nominal;
-                plan_.ready_sigma[next] = e.ready;
-            }
-    }
-
 private:
-    static bool is(const char* key, const char* name) { return std::strcmp(key, name) == 0; }
-
     static const char* text(const char* from, char* to, std::size_t size) {
         if (std::strlen(from) >= size) return "a text is too long";
         std::strcpy(to, from);
@@ -152,9 +121,19 @@ private:
         return "its first word is not known";
     }
 
-    const char* more_than(int most, const char* what) {
-        std::snprintf(said_, sizeof said_, "there are more than %d %s", most, what);
-        return said_;
+    // The next row of a kind. False: the file has grown since its lines were counted.
+    bool next(Kind kind, int count, int* row) {
+        *row = count_[kind]++;
+        return *row < count;
+    }
+
+    const char* take_estimated(int i, Words& words) {
+        plan_.start[i] = words.number();
+        plan_.start_sigma[i] = words.number();
+        plan_.noise[i] = words.number();
+        plan_.nominal[i] = words.number();
+        plan_.ready_sigma[i] = words.number();
+        return nullptr;
     }
 
     const char* take_step(Words& words) {
@@ -163,24 +142,24 @@ private:
     }
 
     const char* take_set(Words& words) {
-        if (plan_.set_count == max_set) return "there are too many start values";
-        plan_.set[plan_.set_count] = words.reference();
-        plan_.set_value[plan_.set_count++] = words.number();
+        int i;
+        if (!next(values, plan_.set_count, &i)) return changed;
+        plan_.set[i] = words.reference();
+        plan_.set_value[i] = words.number();
         return nullptr;
     }
 
     const char* take_state(Words& words) {
-        if (count_[states] == max_estimated) return more_than(max_estimated, "states");
-        const int i = count_[states]++;
+        int i;
+        if (!next(states, sizes_.states, &i)) return changed;
         plan_.state[i] = words.reference();
         plan_.derivative[i] = words.reference();
-        row_[states][i].read(words);
-        return nullptr;
+        return take_estimated(i, words);
     }
 
     const char* take_input(Words& words) {
-        if (count_[inputs] == max_channels_used) return more_than(max_channels_used, "inputs");
-        const int i = count_[inputs]++;
+        int i;
+        if (!next(inputs, sizes_.known_inputs(), &i)) return changed;
         plan_.input[i] = words.reference();
         plan_.input_is_discrete[i] = words.flag();
         plan_.input_start[i] = words.number();
@@ -188,25 +167,24 @@ private:
     }
 
     const char* take_unknown(Words& words) {
-        if (count_[unknowns] == max_estimated) return more_than(max_estimated, "unknown inputs");
-        const int i = count_[unknowns]++;
-        unknown_[i] = words.reference();
-        row_[unknowns][i].read(words);
-        row_[unknowns][i].time_constant = words.number();
+        int i;
+        if (!next(unknowns, sizes_.unknown_inputs, &i)) return changed;
+        plan_.input[sizes_.known_inputs() + i] = words.reference();
+        take_estimated(sizes_.first(Variable::unknown_input) + i, words);
+        plan_.time_constant_s[i] = words.number();
         return nullptr;
     }
 
     const char* take_parameter(Words& words) {
-        if (count_[parameters] == max_estimated) return more_than(max_estimated, "parameters");
-        const int i = count_[parameters]++;
+        int i;
+        if (!next(parameters, sizes_.parameters, &i)) return changed;
         plan_.parameter[i] = words.reference();
-        row_[parameters][i].read(words);
-        return nullptr;
+        return take_estimated(sizes_.first(Variable::parameter) + i, words);
     }
 
     const char* take_sensor(Words& words) {
-        if (plan_.sizes.outputs == max_channels_used) return more_than(max_channels_used, "sensors");
-        const int i = plan_.sizes.outputs++;
+        int i;
+        if (!next(sensors, sizes_.outputs, &i)) return changed;
         plan_.sensor[i] = words.reference();
         plan_.sensor_is_output[i] = words.flag();
         plan_.sensor_sigma[i] = words.number();
@@ -214,71 +192,144 @@ private:
         return nullptr;
     }
 
+    // A place below a count. False: there is none.
+    static bool place(Words& words, int count, std::uint32_t* i) {
+        *i = words.reference();
+        return *i < static_cast<std::uint32_t>(count);
+    }
+
     const char* take_bound(Words& words) {
-        const std::uint32_t i = words.reference();
-        if (i >= max_estimated) return "there is nothing of that place";
+        std::uint32_t i;
+        if (!place(words, sizes_.estimated(), &i)) return nothing_there;
         plan_.min[i] = words.number();
         plan_.max[i] = words.number();
         return nullptr;
     }
 
     const char* take_logarithmic(Words& words) {
-        const std::uint32_t i = words.reference();
-        if (i >= max_estimated) return "there is nothing of that place";
+        std::uint32_t i;
+        if (!place(words, sizes_.parameters, &i)) return nothing_there;
         plan_.logarithmic[i] = 1;
         return nullptr;
     }
 
     const char* take_dependencies(Words& words) {
-        const std::uint32_t row = words.reference();
-        if (row >= max_estimated) return "there is nothing of that place";
-        plan_.declared[row] = true;
+        const int moving = sizes_.first(Variable::parameter);
+        std::uint32_t row, on;
+        if (!place(words, sizes_.states, &row)) return nothing_there;
+        plan_.declared[row] = 1;
         while (words.whole() && words.any()) {
-            const std::uint32_t on = words.reference();
-            if (on >= max_estimated) return "there is nothing of that place";
-            plan_.dependent.set(row * max_estimated + on);
+            if (!place(words, moving, &on)) return nothing_there;
+            plan_.dependent[row * moving + on] = 1;
         }
         return nullptr;
     }
 
+    static constexpr const char *changed = "the file changes while it is read", *nothing_there = "there is nothing of that place";
+
     Plan& plan_;
+    const PlantSizes& sizes_;
     bool ended_ = false;
     int count_[kinds] = {};
-    char said_[64] = ""; // by more_than
-    std::uint32_t unknown_[max_estimated] = {};
-    Estimated row_[kinds][max_estimated] = {};
 };
+
+// Lines of each kind, before the end.
+void count_lines(std::FILE* file, int (&count)[kinds]) {
+    char line[max_line];
+    while (std::fgets(line, sizeof line, file)) {
+        Words words(line);
+        const char* key = words.word();
+        if (is(key, "end")) return;
+        for (int k = 0; k < kinds; ++k) count[k] += is(key, key_of[k]);
+    }
+}
 
 } // namespace
 
+Plan::~Plan() { release_block(block_); }
+
+bool Plan::take_rows() {
+    bytes_ = place_rows(nullptr);
+    block_ = take_block(bytes_);
+    if (block_) place_rows(block_);
+    return block_ != nullptr;
+}
+
+// Bytes of all.
+std::size_t Plan::place_rows(void* block) {
+    Arena arena(block);
+    const int N = sizes.estimated(), moving = sizes.first(Variable::parameter);
+    for (auto* row : {&state, &derivative}) *row = arena.rows<std::uint32_t>(sizes.states);
+    input = arena.rows<std::uint32_t>(sizes.inputs);
+    parameter = arena.rows<std::uint32_t>(sizes.parameters);
+    sensor = arena.rows<std::uint32_t>(sizes.outputs);
+    set = arena.rows<std::uint32_t>(set_count);
+    set_value = arena.doubles(set_count);
+    for (auto* row : {&start, &start_sigma, &noise, &nominal, &ready_sigma, &min, &max}) *row = arena.doubles(N);
+    time_constant_s = arena.doubles(sizes.unknown_inputs);
+    input_start = arena.doubles(sizes.known_inputs());
+    for (auto* row : {&sensor_sigma, &gate_nis}) *row = arena.doubles(sizes.outputs);
+    input_is_discrete = arena.rows<std::uint8_t>(sizes.inputs);
+    sensor_is_output = arena.rows<std::uint8_t>(sizes.outputs);
+    logarithmic = arena.rows<std::uint8_t>(sizes.parameters);
+    declared = arena.rows<std::uint8_t>(sizes.states);
+    dependent = arena.rows<std::uint8_t>(sizes.states * moving);
+    return arena.used();
+}
+
+bool Plan::copy(const Plan& from) {
+    release_block(block_);
+    static_cast<PlanHead&>(*this) = from;
+    if (!take_rows()) return false;
+    std::memcpy(block_, from.block_, bytes_);
+    return true;
+}
+
+// Its lines are counted first.
+bool Plan::make_rows(std::FILE* file, Refusal& why) {
+    int count[kinds] = {};
+    count_lines(file, count);
+    sizes.states = count[states];
+    sizes.inputs = count[inputs] + count[unknowns];
+    sizes.unknown_inputs = count[unknowns];
+    sizes.parameters = count[parameters];
+    sizes.outputs = count[sensors];
+    set_count = count[values];
+    if (!Problem::numbers_fit(sizes, why)) return false;
+    if (std::fseek(file, 0, SEEK_SET) != 0 || !take_rows()) return why.refuse(Refusal::plant, "no memory for a plan");
+    for (int i = 0; i < sizes.estimated(); ++i) {
+        min[i] = -HUGE_VAL;
+        max[i] = HUGE_VAL;
+    }
+    return true;
+}
+
+bool Plan::read_lines(std::FILE* file, Refusal& why) {
+    char line[max_line];
+    Reader reader(*this);
+    const char* refused = nullptr;
+    int number = 0;
+    while (!refused && !reader.ended() && std::fgets(line, sizeof line, file)) {
+        ++number;
+        Words words(line);
+        if (number == 1) refused = std::strcmp(line, "hnav_observer_plan 1") == 0 ? nullptr : "this is no plan of this version";
+        else refused = reader.take(words);
+    }
+    if (refused) return why.refuse(Refusal::impossible, "observer.plan, line %d: %s", number, refused);
+    if (!reader.ended()) return why.refuse(Refusal::impossible, "observer.plan ends before its last line, \"end\"");
+    if (fmi != 2 && fmi != 3) return why.refuse(Refusal::impossible, "observer.plan: fmi is %d, not 2 or 3", fmi);
+    return true;
+}
+
 bool Plan::read(const char* folder, Refusal& why) {
-    char path[max_path], line[max_path + max_text];
+    char path[max_path];
     if (std::snprintf(path, sizeof path, "%s/observer.plan", folder) >= static_cast<int>(sizeof path))
         return why.refuse(Refusal::impossible, "the path of the folder is longer than %d characters", max_path);
     std::FILE* file = std::fopen(path, "r");
     if (!file) return why.refuse(Refusal::impossible, "%.200s cannot be read", path);
-    auto* reader = make_object<Reader>(*this); // too large for the stack of some threads
-    if (!reader) {
-        std::fclose(file);
-        return why.refuse(Refusal::plant, "no memory for a plan");
-    }
-    const char* refused = nullptr;
-    int number = 0;
-    while (!refused && !reader->ended() && std::fgets(line, sizeof line, file)) {
-        ++number;
-        Words words(line);
-        if (number == 1) refused = std::strcmp(line, "hnav_observer_plan 1") == 0 ? nullptr : "this is no plan of this version";
-        else refused = reader->take(words);
-    }
+    const bool sound = make_rows(file, why) && read_lines(file, why);
     std::fclose(file);
-    const bool ended = reader->ended();
-    const bool sound = !refused || why.refuse(Refusal::impossible, "observer.plan, line %d: %s", number, refused);
-    reader->finish();
-    destroy_object(reader);
-    if (!sound) return false;
-    if (!ended) return why.refuse(Refusal::impossible, "observer.plan ends before its last line, \"end\"");
-    if (fmi != 2 && fmi != 3) return why.refuse(Refusal::impossible, "observer.plan: fmi is %d, not 2 or 3", fmi);
-    return true;
+    return sound;
 }
 
 } // namespace hnav::observer

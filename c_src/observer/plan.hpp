@@ -32,53 +32,59 @@
 
 #include "observer/problem.hpp"
 
-#include <bitset>
-#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstdio>
 
 namespace hnav::observer {
 
-constexpr int max_inputs = 128, max_set = 1000, max_path = 1024, max_text = 256;
+constexpr int max_path = 1024, max_text = 256;
 
-struct Plan {
+struct PlanHead {
     int fmi = 0, indicators = 0;
     int state_access = 0;
     bool derivatives = false, once = false, memoryless = false, never_freed = false, discrete = false, step_done = false;
     double step_s = 0; // of Co-Simulation; 0: Model Exchange
     char identifier[max_text] = "", token[max_text] = "", binary[max_path] = "";
     PlantSizes sizes;
-
-    std::uint32_t state[max_estimated], derivative[max_estimated], input[max_inputs], parameter[max_estimated];
-    std::uint32_t sensor[max_channels_used], set[max_set];
-    bool input_is_discrete[max_inputs], sensor_is_output[max_channels_used];
-    double set_value[max_set];
     int set_count = 0;
+};
 
-    // In the order of what is estimated once the whole has been read.
-    double start[max_estimated], start_sigma[max_estimated], noise[max_estimated], nominal[max_estimated];
-    double ready_sigma[max_estimated], time_constant_s[max_estimated], input_start[max_inputs];
-    double sensor_sigma[max_channels_used], gate_nis[max_channels_used];
-    double min[max_estimated], max[max_estimated];
-    std::uint8_t logarithmic[max_estimated] = {};
-    bool declared[max_estimated] = {}; // rows of dependencies
-    std::bitset<max_estimated * max_estimated> dependent;
+// In one block: as long as there are states, sensors and so on; start to max of all that is estimated.
+struct PlanRows {
+    std::uint32_t *state, *derivative, *input, *parameter, *sensor, *set;
+    double *set_value, *start, *start_sigma, *noise, *nominal, *ready_sigma, *min, *max;
+    double *time_constant_s, *input_start, *sensor_sigma, *gate_nis;
+    std::uint8_t *input_is_discrete, *sensor_is_output, *logarithmic;
+    std::uint8_t *declared, *dependent; // states with lines of dependencies; states x what moves
+};
 
-    Plan() {
-        for (int i = 0; i < max_estimated; ++i) {
-            min[i] = -HUGE_VAL;
-            max[i] = HUGE_VAL;
-        }
-    }
+struct Plan : PlanHead, PlanRows {
+    Plan() : PlanHead(), PlanRows() {}
+    ~Plan();
+    Plan(const Plan&) = delete;
+    Plan& operator=(const Plan&) = delete;
+    // False: no memory.
+    bool copy(const Plan& from);
 
     Statistics statistics() const {
         return {start,       start_sigma,  noise,    nominal, ready_sigma, time_constant_s,
                 input_start, sensor_sigma, gate_nis, min,     max,         logarithmic};
     }
 
-    bool depends(int derivative, int on) const { return !declared[derivative] || dependent[derivative * max_estimated + on]; }
+    bool depends(int row, int on) const { return !declared[row] || dependent[row * (sizes.states + sizes.unknown_inputs) + on]; }
 
     // From folder/observer.plan. False: why says in which line.
     bool read(const char* folder, Refusal& why);
+
+private:
+    bool make_rows(std::FILE* file, Refusal& why);
+    bool read_lines(std::FILE* file, Refusal& why);
+    bool take_rows(); // as many as sizes and set_count have it
+    std::size_t place_rows(void* block);
+
+    void* block_ = nullptr;
+    std::size_t bytes_ = 0;
 };
 
 } // namespace hnav::observer

@@ -68,24 +68,30 @@ Problem::Problem(Arena& arena, const PlantSizes& given)
       high(arena.doubles(N)),
       is_log(arena.doubles(given.parameters)) {}
 
+bool Problem::numbers_fit(const PlantSizes& s, Refusal& why) {
+    const double all = double(s.states) + s.unknown_inputs + s.parameters;
+    if (all > max_estimated)
+        return why.refuse(
+            Refusal::size,
+            "%.0f states, unknown inputs and parameters take more than 1 GiB, the most of an observer: estimate fewer "
+            "parameters and unknown inputs, or export a coarser model",
+            all);
+    const double channels = double(s.inputs) - s.unknown_inputs + s.outputs;
+    if (channels > max_channels_used)
+        return why.refuse(Refusal::size, "inputs and sensors are %.0f, the most is %d", channels, max_channels_used);
+    return true;
+}
+
 bool Problem::sizes_fit(const PlantSizes& s, Refusal& why) {
-    for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs, s.indicators})
-        if (count < 0 || count > max_size)
-            return why.refuse(Refusal::size, "a size of the plant is %d, not 0 to %d", count, max_size);
+    for (const int count : {s.states, s.inputs, s.unknown_inputs, s.parameters, s.outputs})
+        if (count < 0) return why.refuse(Refusal::size, "a size of the plant is %d, below 0", count);
+    if (s.indicators < 0 || s.indicators > max_indicators)
+        return why.refuse(Refusal::size, "the plant has %d indicators, not 0 to %d", s.indicators, max_indicators);
     if (s.states == 0) return why.refuse(Refusal::impossible, "the plant has no continuous states: there is nothing to estimate");
     if (s.outputs == 0) return why.refuse(Refusal::impossible, "no sensor is named: without one nothing can be estimated");
     if (s.unknown_inputs > s.inputs)
         return why.refuse(Refusal::size, "%d inputs are unknown, but there are %d", s.unknown_inputs, s.inputs);
-    if (s.estimated() > max_estimated)
-        return why.refuse(
-            Refusal::size,
-            "states, unknown inputs and parameters are %d, the most is %d: estimate fewer parameters and unknown inputs, or "
-            "export a coarser model",
-            s.estimated(), max_estimated);
-    if (s.known_inputs() + s.outputs > max_channels_used)
-        return why.refuse(Refusal::size, "inputs and sensors are %d, the most is %d", s.known_inputs() + s.outputs,
-                          max_channels_used);
-    return true;
+    return numbers_fit(s, why);
 }
 
 bool Problem::check(const Statistics& g, Refusal& why) const {

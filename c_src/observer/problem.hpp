@@ -12,22 +12,23 @@
 
 namespace hnav::observer {
 
-constexpr int max_estimated = 1000; // some 500 MB
+// Sizes of arrays are an int up to here. Memory ends before: one matrix of so many has 200 MB, and an observer has more than ten.
+constexpr int max_estimated = 5000;
 constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
-constexpr int max_size = 2000;        // of any count
+constexpr int max_indicators = 2000;
 
 // As given by the caller; null where a default applies. Widths: N, unknown inputs, known inputs, outputs.
 struct Statistics {
-    const double* start;           // N; null: zero
-    const double* start_sigma;     // N
-    const double* noise;           // N, density: unit / sqrt(s); null: none
-    const double* nominal;         // N; null: one
-    const double* ready_sigma;     // N, above 0; null: no limit
+    const double* start; // N; null: zero
+    const double* start_sigma; // N
+    const double* noise; // N, density: unit / sqrt(s); null: none
+    const double* nominal; // N; null: one
+    const double* ready_sigma; // N, above 0; null: no limit
     const double* time_constant_s; // unknown inputs; 0 and null: random walk
-    const double* input_start;     // known inputs; null: zero
-    const double* sensor_sigma;    // outputs
-    const double* gate_nis;        // outputs; 0 and null: no gate
-    const double *min, *max;       // N; null: no bounds
+    const double* input_start; // known inputs; null: zero
+    const double* sensor_sigma; // outputs
+    const double* gate_nis; // outputs; 0 and null: no gate
+    const double *min, *max; // N; null: no bounds
     const std::uint8_t* logarithmic; // parameters; 1: by its logarithm; null: none
 };
 
@@ -45,6 +46,8 @@ public:
     Problem(Arena& arena, const PlantSizes& sizes);
 
     static bool sizes_fit(const PlantSizes& sizes, Refusal& why);
+    // What arrays are sized by.
+    static bool numbers_fit(const PlantSizes& sizes, Refusal& why);
     bool assign(const Statistics& given, Refusal& why);
     std::uint64_t fingerprint(std::uint64_t start) const;
 

@@ -728,9 +728,10 @@ TEST(Observer, SaysWhatIsImpossible) {
     refused(HNAV_ERROR_OPTION, "nothing to estimate", [](Given& g) { g.plant.n_states = 0; });
     refused(HNAV_ERROR_OPTION, "sensor", [](Given& g) { g.plant.n_outputs = 0; });
     refused(HNAV_ERROR_SIZE, "unknown", [](Given& g) { g.plant.n_unknown_inputs = 2; });
-    refused(HNAV_ERROR_SIZE, "the most is 1000: estimate fewer", [](Given& g) { g.plant.n_states = 1001; });
+    refused(HNAV_ERROR_SIZE, "more than 1 GiB, the most of an observer: estimate fewer",
+            [](Given& g) { g.plant.n_states = 5001; });
     refused(HNAV_ERROR_SIZE, "62", [](Given& g) { g.plant.n_outputs = 62; });
-    refused(HNAV_ERROR_SIZE, "not 0 to", [](Given& g) { g.plant.n_inputs = -1; });
+    refused(HNAV_ERROR_SIZE, "is -1, below 0", [](Given& g) { g.plant.n_inputs = -1; });
     refused(HNAV_ERROR_NULL_ARGUMENT, "derivatives", [](Given& g) { g.plant.derivatives = nullptr; });
     refused(HNAV_ERROR_NULL_ARGUMENT, "outputs", [](Given& g) { g.plant.outputs = nullptr; });
     refused(HNAV_ERROR_NULL_ARGUMENT, "start_sigma", [](Given& g) { g.start_sigma.clear(); });

@@ -1,4 +1,4 @@
-"""Makes FMUs of ball_fmu.c: a ball that bounces, watches over the order of calls and can be made to fail."""
+"""Builds FMUs of ball_fmu.c: a bouncing ball that checks the order of calls and fails on request."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plants that tests observe: a small one made here, and FMUs of other makers in the folder HNAV_PLANTS."""
+"""Plants of the tests: a small FMU compiled here, and FMUs of other tools in the folder HNAV_PLANTS."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Makes FMUs of little_fmu.c: a mass on a spring that can be made to fail."""
+"""Builds FMUs of little_fmu.c: a mass on a spring that fails on request."""
 
 from __future__ import annotations
 

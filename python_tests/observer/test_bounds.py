@@ -1,4 +1,4 @@
-"""Bounds: what is estimated lies within them, its sigma is that of what they leave, and a positive parameter is one."""
+"""Bounds: estimates stay within them, sigmas are those of the truncated density, and positive parameters stay positive."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOISE = 0.05
 
 
 def room() -> Plant:
-    """A room that cools through its wall: T' = -g (T - 0), heated by u; g is a loss that may be near 0."""
+    """A room that cools through its wall: T' = -g (T - 0), heated by u; the conductance g may be near 0."""
     return Plant(
         states={"T": 1.0}, parameters={"g": 0.01}, sensors=["T"],
         derivatives=lambda t, x, u, p: [-p[0] * x[0]], outputs=lambda t, x, u, p: [x[0]],

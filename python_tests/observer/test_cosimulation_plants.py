@@ -104,7 +104,7 @@ def plan_of(fmu, noise=0.05, **values):
 
 
 def one_step(x, broken=False, k=4.0, u=0.0, wall=False, sine=False, steps=100):
-    """As steps_fmu.c has it."""
+    """The step of steps_fmu.c."""
     for _ in range(steps):
         pull = np.sin(x[0]) if sine else x[0]
         x = x + 1e-3 * np.array([x[1], -(k / 2 if broken else k) * pull - 0.3 * x[1] + u])
@@ -114,7 +114,7 @@ def one_step(x, broken=False, k=4.0, u=0.0, wall=False, sine=False, steps=100):
 
 
 def simulated(seed, k=4.0, n=100, sine=False, wall=False, drive=1.0):
-    """Truth, with the noise of the plan, and samples."""
+    """True states, driven by the noise of the plan, and samples."""
     rng = np.random.default_rng(seed)
     x, broken, rows = np.array([1.0, 0.0]) + [0.2, 0.3] * rng.normal(size=2), False, []
     for i in range(n):
@@ -127,7 +127,7 @@ def simulated(seed, k=4.0, n=100, sine=False, wall=False, drive=1.0):
 
 
 def kalman(y, F, Q, H, R, x, P):
-    """The filter of a linear plant, by rows; half of the noise before an interval, half after."""
+    """States and covariances of a Kalman filter at each sample; half of the process noise is added before an interval, half after it."""
     rows = []
     for k, value in enumerate(y):
         if k:
@@ -266,7 +266,7 @@ def test_states_and_sensors_that_steps_alone_compute_are_refused(steps):
 
 @pytest.fixture(scope="module", params=[2, 3])
 def exported(request, steps, tmp_path_factory):
-    """The version of FMI, and the observer of a spring behind a wall as an FMU of it."""
+    """The version of FMI, and the exported observer of a spring behind a wall."""
     path = tmp_path_factory.mktemp("exported") / "observer.fmu"
     assert plan_of(steps, wall=1).export(path, request.param, period_s=0.1) == []
     return request.param, path

@@ -1,4 +1,4 @@
-"""Observers as FMUs whose plant has events of its own, with what the plant can save."""
+"""Exported observers of plants with events, for each kind of access to the plant's state."""
 
 import ctypes as C
 from pathlib import Path
@@ -33,7 +33,7 @@ def exported(folder, binary, version, **more):
 
 
 def run(fmu: Fmu, begin: int, end: int) -> list[float]:
-    """Counted samples, which come at the beginning of the step that ends at the next."""
+    """Counted samples, each set before the step that ends at the next one."""
     for k in range(begin, end):
         fmu.set("h.value", samples()[k])
         fmu.set("h.t_meas", T_S[k])
@@ -85,7 +85,7 @@ def test_what_the_plant_remembers_goes_with_the_saved_state(ball_binary, tmp_pat
 
 @pytest.fixture(params=VERSIONS, ids=lambda v: f"fmi{v}")
 def keeping(request, ball_binary, tmp_path) -> Path:
-    """An observer whose plant can get and set its state and no more, with late samples."""
+    """An observer with late samples, of a plant that can get and set its state but not serialise it."""
     plan = plan_of(packed(tmp_path / "ball.fmu", ball_binary, SAVES))
     Observer(plan, start_mode="given", horizon_s=0.12).export(tmp_path / "o.fmu", request.param, period_s=0.05)
     return tmp_path / "o.fmu"
@@ -96,7 +96,7 @@ def frees(fmu: Fmu):
 
 
 def copies_out(fmu: Fmu) -> C.c_int:
-    """Copies of states that the inner plant has made and that are not freed."""
+    """States that the inner plant has allocated and that are not freed."""
     (binary,) = Path(fmu._folder).glob("resources/plant/binaries/*/ball.so")
     return C.c_int.in_dll(C.CDLL(str(binary)), "copies")
 
@@ -210,7 +210,7 @@ def test_an_integrator_of_the_importer_goes_back_through_events(keeping):
 
 @versions
 def test_an_integrator_of_the_importer_crosses_events(ball_binary, tmp_path, version):
-    """As Co-Simulation where no hypotheses are: bounces far from samples, known well. Two of them, and learnt restitution."""
+    """Equals Co-Simulation where there is one hypothesis: two bounces far from samples, with an estimated restitution."""
     plant = packed(tmp_path / "ball.fmu", ball_binary)
     plan = plan_of(plant).state("h", start_sigma=0.002).state("v", start_sigma=0.01, noise=0.001).sensor("h", noise=0.002)
     plan.parameter("e", start=0.7, start_sigma=0.01)
@@ -249,7 +249,7 @@ def goes_to(fmu: Fmu, begin_s: float, end_s: float, exchange: bool) -> None:
 
 
 def exchange_to(fmu: Fmu, begin_s: float, end_s: float) -> None:
-    """From event mode to event mode, as any importer: to each root of the indicators, and the end."""
+    """From event mode to event mode, as an importer integrates: to each root of the indicators, then to the end."""
     while begin_s < end_s:
         fmu.update_discrete_states()
         fmu.call(fmu.fmu.enterContinuousTimeMode)
@@ -273,7 +273,7 @@ def test_fmpy_simulates_an_observer_of_a_ball(ball_binary, tmp_path, version, ki
 
 @versions
 def test_steps_of_the_importer_reach_the_plant(ball_binary, tmp_path, version):
-    """This one has its bounce at the end of a step."""
+    """A bounce at the end of a step."""
     plan = plan_of(packed(tmp_path / "ball.fmu", ball_binary), "step_event")
     Observer(plan, start_mode="given").export(tmp_path / "o.fmu", version, period_s=1e6)
     result = fmpy.simulate_fmu(

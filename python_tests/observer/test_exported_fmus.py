@@ -1,4 +1,4 @@
-"""Observers as FMUs: the same estimates bit for bit, whatever the plant inside does, and what cannot be exported."""
+"""Exported observers: bit-equal estimates, failing plants, and refused exports."""
 
 import zipfile
 from pathlib import Path
@@ -31,7 +31,7 @@ def whole_plan(fmu, mode="sound"):
 
 @pytest.fixture(scope="session")
 def exported(little_fmu, tmp_path_factory) -> dict[int, Path]:
-    """Observers of the little FMU, all that can be estimated of it."""
+    """Observers of all states, inputs and parameters of the little FMU."""
     paths = {version: tmp_path_factory.mktemp(f"fmi{version}") / "little_observer.fmu" for version in VERSIONS}
     for version, path in paths.items():
         assert whole_plan(little_fmu).export(path, version, period_s=STEP_S) == []
@@ -154,7 +154,7 @@ def test_a_saved_state_goes_on_in_another_instance(exported, version):
 
 @versions
 def test_parameters_are_those_of_the_plan(little_fmu, tmp_path, version):
-    """Whoever sets a noise of the FMU has the observer of a plan with that noise; units of samples are the plant's."""
+    """Setting a noise of the FMU equals a plan with that noise; samples have the plant's units."""
     first = little_plan(little_fmu).sensor("x", noise=20.0, unit="mm")
     first.export(tmp_path / "first.fmu", version, period_s=STEP_S)
     other = Observer(little_plan(little_fmu).sensor("x", noise=0.07).state("v", start=0.3, start_sigma=0.4, noise=0.2), rtol=1e-6)
@@ -177,7 +177,7 @@ def test_parameters_are_those_of_the_plan(little_fmu, tmp_path, version):
 
 @versions
 def test_estimates_do_not_depend_on_who_reads_them(exported, version):
-    """The look-ahead is computed for those who read it."""
+    """The look-ahead is computed only where it is read."""
     with Fmu(exported[version]) as read, Fmu(exported[version]) as unread:
         for fmu in (read, unread):
             fmu.set("sampling_mode", "counter")
@@ -223,7 +223,7 @@ def test_a_plant_that_breaks_costs_its_samples_and_is_logged_once(little_fmu, tm
 
 @versions
 def test_names_that_are_open_to_all_do_not_reach_the_plant(tmp_path, version):
-    """An importer may load FMUs with their names open to all: a plant that calls its own functions has to find its own."""
+    """An importer may load FMUs with global symbols: a plant that calls its own functions must not reach those of the observer."""
     fmu = packed(tmp_path / "self.fmu", compiled(tmp_path, calls_itself=True))
     little_plan(fmu).export(tmp_path / "o.fmu", version, period_s=STEP_S)
     code = f"""

@@ -1,4 +1,4 @@
-"""An exported observer in importers of others: PyFMI ends in the same bits as hnav's own, OMSimulator within 1e-9."""
+"""An exported observer in other importers: PyFMI gives the same bits as hnav's, OMSimulator the same values to 1e-9."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What stands out in a run: a lid that was opened, samples beyond their gate."""
+"""Findings of a run: an opened lid, samples beyond their gate."""
 
 from types import SimpleNamespace
 
@@ -36,7 +36,7 @@ def test_an_opened_lid_is_found(box):
 
 
 def test_the_same_as_an_fmu_with_tuned_noises(plants, tmp_path):
-    """Noise of the heater explains these samples better than a lid does, and that is not what the plan means."""
+    """Noise of the heater would explain these samples better than the lid; the tuned plan still has to find the lid."""
     columns = thermal_box.recorded(np.random.default_rng(0), 2.0)
     result = thermal_box.observed(thermal_box.plan_of_model(tmp_path)[1], columns, 2.0)
     assert (len(result.late_s), result.missed, result.false) == (3, 0, 0)
@@ -68,7 +68,7 @@ def test_a_file_of_python_is_a_plant(box, tmp_path):
 
 
 def test_several_sensors_read_one_variable_each_with_its_offset(little_fmu):
-    """One reads what the plant says, the other is off by a metre and in millimetres."""
+    """One sensor has the plant's unit; the other reads millimetres with an offset of a metre."""
     y = samples()
     plan = little_plan(little_fmu)
     plan.sensor("second", of="x", noise=20, unit="mm", offset=-1000)
@@ -93,7 +93,7 @@ def test_an_input_has_its_column_and_factor(little_fmu):
 
 
 def test_an_input_may_be_a_line_between_its_samples(little_fmu):
-    """Of a ramp that is sampled at every tenth row the line is the ramp."""
+    """Linear interpolation of a ramp sampled at every tenth row returns the ramp."""
     plan, line = little_plan(little_fmu).input("u"), little_plan(little_fmu).input("u", interpolation="linear")
     ramp = 3.0 * T_S
     middles = np.append(ramp[:-1] + 1.5 * np.diff(T_S), ramp[-1])
@@ -118,13 +118,13 @@ def test_samples_beyond_the_gate_are_one_interval(little_fmu):
     assert found.sentence().startswith("x: ") and " samples beyond the gate from 3 s to " in found.sentence()
 
 
-def test_nothing_is_found_where_all_is_as_told(little_fmu):
+def test_a_run_with_the_stated_noises_has_no_findings(little_fmu):
     plan = little_plan(little_fmu)
     assert findings(Observer(plan).run(T_S, {"x": samples()}), plan) == []
     assert findings(Observer(plan).run(T_S[:0], {"x": samples()[:0]}), plan) == []
 
 
-def test_moments_are_told_from_an_origin():
+def test_times_of_findings_are_relative_to_the_origin():
     assert moment(12.5, 10) == "2.5 s" and moment(1.6e9 + 1, 1.6e9) == "1 s (2020-09-13 12:26:41 UTC)"
 
 
@@ -194,7 +194,7 @@ def test_tables_that_are_none(tmp_path, text, said):
         read_sample_table(tmp_path / "r.csv")
 
 
-def test_events_that_sigma_does_not_go_through_are_told():
+def test_events_that_the_covariance_does_not_pass_are_reported():
     assert unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=0))) == []
     printed = unmodelled_events(SimpleNamespace(info=lambda: SimpleNamespace(chattering=7)))
     assert len(printed) == 1 and printed[0].startswith("7 events came beyond the fiftieth of an interval")

@@ -1,4 +1,4 @@
-"""Observers of FMUs with events: what they remember goes with the estimate, and what they do wrong costs samples and nothing else."""
+"""Observers of FMUs with events: the discrete state follows the estimate, and a failing event costs samples only."""
 
 import subprocess
 import sys
@@ -197,7 +197,7 @@ def test_the_command_prints_events(ball_fmu, tmp_path):
 
 
 def hardly_coming(fmu):
-    """A ball whose mean just touches the floor, so that points go through the FMU."""
+    """A ball whose mean just touches the floor, so that points are propagated through the FMU."""
     plan = Plan(fmu).sensor("h", noise=0.5).set("mode", MODES.index("lifts"))
     return plan.state("h", start=0.5, start_sigma=0.02).state("v", start=-np.sqrt(9.81), start_sigma=0.1, noise=0.01)
 

@@ -1,4 +1,4 @@
-"""Observers of FMUs: what they estimate, what they refuse, and what FMUs that fail can do to them."""
+"""Observers of FMUs: estimates, refusals, and failing FMUs."""
 
 import os
 import signal
@@ -351,7 +351,7 @@ def test_a_plan_is_refused_with_a_sentence(little_fmu, call, said):
 
 
 def test_folders_that_are_empty_are_no_files(little_fmu, tmp_path):
-    """Archives of some tools name folders, also those with nothing in them."""
+    """Archives of some tools list folders, empty ones too."""
     fmu, poor = tmp_path / "folders.fmu", tmp_path / "poor.fmu"
     for path, left_out in ((fmu, ""), (poor, "binaries/linux64/")):
         with zipfile.ZipFile(little_fmu) as archive, zipfile.ZipFile(path, "w") as made:

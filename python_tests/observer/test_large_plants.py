@@ -1,4 +1,4 @@
-"""Plants of more than 64 numbers, and where they end."""
+"""Plants of more than 64 estimated numbers, up to the limit of memory."""
 
 import re
 
@@ -19,7 +19,7 @@ RATES = np.linspace(0.1, 2.0, N)
 
 
 def decays(count: int = N) -> Plan:
-    """So many numbers that decay by themselves, of which the first is measured."""
+    """Independent decays, of which the first is measured."""
     rates = np.resize(RATES, count)
     names = [f"x{i}" for i in range(count)]
     plant = Plant(
@@ -45,9 +45,17 @@ def test_150_numbers_have_their_own_moments():
     assert smooth.sigma["x0"][0] < run.sigma["x0"][0] and smooth.sigma["x9"][0] == pytest.approx(run.sigma["x9"][0], rel=1e-9)
 
 
-def test_beyond_the_most_a_sentence_says_so():
-    with pytest.raises(HnavValueError, match="are 1001, the most is 1000: estimate fewer parameters"):
-        Observer(decays(1001))
+@pytest.mark.slow
+def test_memory_alone_limits_how_many_numbers_are_estimated():
+    assert Observer(decays(1001), queue_capacity=4).info().dropped == 0
+
+
+@pytest.mark.parametrize("count", [2500, 5001])
+def test_more_numbers_than_memory_holds_are_refused_with_a_remedy(count):
+    with pytest.raises(
+        HnavValueError, match=f"{count} states, unknown inputs and parameters .* 1 GiB.*: estimate fewer parameters"
+    ):
+        Observer(decays(count))
 
 
 def test_numbers_beyond_the_memory_are_refused_with_a_remedy_that_holds():
@@ -77,7 +85,7 @@ CELLS, T_S = 30, np.arange(1.0, 6.0)
 
 
 def rod_run(folder, **said):
-    """Of a rod that is said to be so."""
+    """The observer of a rod with these declared dependencies, and its run."""
     observer = Observer(plan_of(rod_fmu(folder, CELLS, **said), CELLS), start_mode="given")
     return observer, observer.run(T_S, {name: np.sin(T_S + i) for i, name in enumerate(observer.plan.sensors)})
 

@@ -1,4 +1,4 @@
-"""One instance of an FMU at a time: some lose events while a second one lives. Where there are two, they are tried first."""
+"""One instance of an FMU at a time: some lose events while a second exists. Two instances are compared before both are used."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Unobservable numbers are named: single ones, and combinations of which only one is observable."""
+"""Unobservable numbers are named, single ones and combinations."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T_S = np.arange(0.1, 10.0, 0.1)
 
 
 def tank() -> Plan:
-    """The level falls with k sqrt(h) / area: only the quotient of the two is seen."""
+    """The level falls with k sqrt(h) / area: only the quotient of k and area is observable."""
     plant = Plant(
         lambda t, x, u, p: [-p[0] * math.sqrt(max(x[0], 1e-9)) / p[1]], lambda t, x, u, p: [x[0]], states={"h": 4.0}, sensors=["h"],
         parameters={"k": 0.2, "area": 1.0},
@@ -31,7 +31,7 @@ def tank() -> Plan:
 
 
 def two_rooms(sensor: str) -> Plan:
-    """Two rooms that do not touch each other."""
+    """Two rooms without heat exchange."""
     plant = Plant(
         lambda t, x, u, p: [-0.2 * x[0], -0.3 * x[1]], lambda t, x, u, p: [x[0] if sensor == "one" else x[0] + x[1]],
         states={"one": 1.0, "two": 2.0}, sensors=[sensor],

@@ -24,7 +24,7 @@ def files(little_fmu, tmp_path):
     return plan, data, tmp_path / "out.csv"
 
 
-def test_an_fmu_is_told_and_its_first_plan_is_one(little_fmu, tmp_path):
+def test_without_a_plan_the_variables_and_a_valid_first_plan_are_printed(little_fmu, tmp_path):
     printed = hnav("observe", little_fmu)
     assert printed.returncode == 0
     for line in (
@@ -38,7 +38,7 @@ def test_an_fmu_is_told_and_its_first_plan_is_one(little_fmu, tmp_path):
     assert (fits.returncode, fits.stdout) == (0, "little.fmu and plan.toml fit: x, v by x\n")
 
 
-def test_a_proof_is_told(little_fmu, files):
+def test_the_results_of_the_derivative_check_are_printed(little_fmu, files):
     printed = hnav("observe", little_fmu, "--prove")
     assert "# derivatives by states: right (worst: " in printed.stdout
     assert tomllib.loads(printed.stdout)["plant"] == {"fmu": "little.fmu"}
@@ -145,7 +145,7 @@ def test_a_table_that_is_wrong_is_refused_by_its_row(little_fmu, files, table, s
         ("fatal_after_1", "the house burnt down"),
     ],
 )  # fmt: skip
-def test_why_instants_were_dropped_is_told(little_fmu, files, mode, said):
+def test_the_reason_of_dropped_instants_is_printed(little_fmu, files, mode, said):
     plan, data, out = files
     plan.write_text(TEXT.replace("mode = 0", f"mode = {MODES.index(mode)}"))
     done = hnav("observe", little_fmu, "--plan", plan, "--data", data, "--out", out)
@@ -154,7 +154,7 @@ def test_why_instants_were_dropped_is_told(little_fmu, files, mode, said):
     assert any("instants were dropped" in line for line in lines) == (mode != "nan_after_1")
 
 
-def test_innovations_that_are_not_as_told_are_told(little_fmu, files):
+def test_innovations_larger_than_stated_are_reported(little_fmu, files):
     plan, data, out = files
     for noise, said in (("0.002", "larger than stated"), ("0.2", "smaller than stated")):
         plan.write_text(TEXT.replace("0.02", noise))

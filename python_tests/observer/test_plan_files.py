@@ -1,4 +1,4 @@
-"""Plans as files: TOML for people, and the text that the library reads."""
+"""Plans in files: TOML of the user, and the text that the library reads."""
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_a_file_names_its_fmu(little_fmu):
 
 
 def opened(folder) -> str:
-    """What the library says of a folder with a plan; empty if it takes it."""
+    """The library's message for a folder with a plan; empty if it accepts it."""
     observer, message = ffi.new("hnav_filter **"), ffi.new("char[]", 320)
     options = ffi.new("hnav_observer_options *", library().hnav_observer_defaults())
     library().hnav_observer_open(observer, options, str(folder).encode(), message, len(message))
@@ -85,7 +85,15 @@ def opened(folder) -> str:
         (lambda t: t.replace("sensor 0 1", "sensor -1 1"), "a number is missing or is none"),
         (lambda t: t.replace("token", "key"), "its first word is not known"),
         (lambda t: t.replace("end\n", ""), 'ends before its last line, "end"'),
-        (lambda t: t.replace("end\n", "state 0 2 nan 0 0 0 inf\n" * 1001 + "end\n"), "there are more than 1000 states"),
+        (
+            lambda t: t.replace("end\n", "state 0 2 nan 0 0 0 inf\n" * 5001 + "end\n"),
+            "take more than 1 GiB, the most of an observer: estimate",
+        ),
+        (lambda t: t.replace("end\n", "sensor 0 1 0.02 0.0\n" * 62 + "end\n"), "inputs and sensors are 64, the most is 62"),
+        (lambda t: t.replace("end\n", "bound 2 0 1\nend\n"), "line 19: there is nothing of that place"),
+        (lambda t: t.replace("end\n", "logarithmic 0\nend\n"), "line 19: there is nothing of that place"),
+        (lambda t: t.replace("end\n", "depends 0 2\nend\n"), "line 19: there is nothing of that place"),
+        (lambda t: t.replace("end\n", "depends 2 0\nend\n"), "line 19: there is nothing of that place"),
         (lambda t: t.replace("identifier little", "identifier " + "x" * 900), "a text is too long"),
         (lambda t: t.replace("binaries/linux64/little.so", "binaries/none.so"), "binaries/none.so cannot be loaded"),
         (lambda t: t.replace("{little}", "{other}"), "little could not be instantiated"),
@@ -101,6 +109,21 @@ def test_a_damaged_plan_is_refused_by_its_line(little_fmu, little_binary, tmp_pa
     (tmp_path / "observer.plan").write_text(change(little_plan(little_fmu).text()))
     message = opened(tmp_path)
     assert said in message and bool(message) == bool(said)
+
+
+def test_a_plan_has_as_many_unknown_inputs_and_start_values_as_it_likes(little_fmu, little_binary, tmp_path):
+    """150 unknown inputs, 1001 start values, and a parameter that starts at the FMU's own value."""
+    (tmp_path / "binaries/linux64").mkdir(parents=True)
+    (tmp_path / "resources").mkdir()
+    (tmp_path / "binaries/linux64/little.so").write_bytes(little_binary.read_bytes())
+    lines = "unknown 6 0.0 0.1 0.01 1.0 inf 0.0 d\n" * 150 + "parameter 4 nan 0.5 0.0 0.0 inf k\n" + "set 9 0.0 mode\n" * 1001
+    (tmp_path / "observer.plan").write_text(little_plan(little_fmu).text().replace("sensor 0", lines + "sensor 0"))
+    filter, x = ffi.new("hnav_filter **"), ffi.new("double[153]")
+    options = ffi.new("hnav_observer_options *", library().hnav_observer_defaults())
+    assert library().hnav_observer_open(filter, options, str(tmp_path).encode(), ffi.NULL, 0) == 0
+    assert library().hnav_observer_estimate(filter[0], x, ffi.NULL) == 0
+    library().hnav_filter_destroy(filter[0])
+    assert list(x) == [1.0] + [0.0] * 151 + [4.0]
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Where a plant has no answer the estimate is held, its sigma grows, and it is not ready; samples go on being used."""
+"""While a plant fails, the estimate is held, its sigma grows and ready is false; later samples are used."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_a_tank_that_runs_empty_is_estimated_when_it_is_full_again(runs, bounds)
 
 
 def gap() -> Plant:
-    """A mass on a spring whose plant has no answer from 4 s to 6 s."""
+    """A mass on a spring whose plant fails from 4 s to 6 s."""
 
     def derivatives(t, x, u, p):
         return [math.nan, math.nan] if 4 < t < 6 else [x[1], -4 * x[0]]
@@ -61,7 +61,7 @@ def test_a_sensor_without_an_answer_costs_its_samples_and_the_estimate_is_not_re
 
 
 def test_a_correction_ends_where_the_plant_answers():
-    """x' = -ln x: a sample far below leads beyond 0."""
+    """x' = -ln x: a sample far below moves the estimate below 0, where the plant has no value."""
     plant = Plant(
         states={"x": 1.0}, sensors=["x"], derivatives=lambda t, x, u, p: [-math.log(x[0]) if x[0] > 0 else math.nan],
         outputs=lambda t, x, u, p: [x[0]],

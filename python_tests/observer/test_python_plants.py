@@ -130,13 +130,13 @@ def test_rows_without_a_sample_do_not_begin_the_estimate():
 
 
 def at_one_point(function):
-    """The same function; the array that it answers forbids Python's numbers."""
+    """The same function; it returns an array, so it is not called with Python's numbers."""
     return lambda *at: np.array(function(*at), float, ndmin=1)
 
 
 @pytest.mark.parametrize("log", [False, True])
 def test_functions_get_pythons_numbers_and_give_the_same(log):
-    """Within a bound and by its logarithm too, with an input in between that the plan does not have."""
+    """Also with a bound and with a logarithm, and with an input that the plan omits."""
 
     def derivatives(t, x, u, p):
         kinds.add(type(x[0]))
@@ -157,7 +157,7 @@ def test_functions_get_pythons_numbers_and_give_the_same(log):
 
 
 def test_what_pythons_numbers_cannot_do_numpys_do():
-    """Roots, quotients, whole arrays: at the start, or only later."""
+    """Functions that fail for Python's numbers, at the start or only later."""
 
     def fails_later(t, x, u, p):
         return x[1], -4 * x[0] + (0.0 if x[0] < 1e9 and t < 0.5 else 0 * np.float64(1) * x[0].real + 0 * (x * 0).sum())

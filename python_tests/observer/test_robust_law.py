@@ -1,4 +1,4 @@
-"""The robust law of the observer: what is long past is forgotten, as the formula says."""
+"""The robust law of the observer: the covariance grows by the formula of its rate."""
 
 import numpy as np
 import pytest

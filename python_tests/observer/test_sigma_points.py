@@ -1,4 +1,4 @@
-"""Sigma points: what goes from sample to sample without derivatives."""
+"""Sigma points: propagation from sample to sample without derivatives."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Estimates with hindsight: the batch solution of a linear plant, and better than the filter, with sigmas that are right, on others."""
+"""Smoothing: equal to the batch solution of a linear plant; on other plants more accurate than the filter, with consistent sigmas."""
 
 from __future__ import annotations
 

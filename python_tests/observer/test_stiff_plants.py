@@ -1,4 +1,4 @@
-"""Plants whose modes lie far apart: what an explicit solver cannot cross goes by an implicit one."""
+"""Plants with fast and slow modes: an implicit solver replaces the explicit one."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_a_start_on_the_slow_motion_is_followed():
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_sigma_points_follow_a_plant_that_jumps_and_derivatives_are_advised_against():
-    """At 807 s it jumps within milliseconds, at a time that derivatives take to be certain."""
+    """At 807 s it jumps within milliseconds; derivatives treat the time of the jump as exact."""
     t_s = np.arange(1, 101) * 10.0
     truth = solve_ivp(lambda t, x: slope(t, x, 0, 0), (0, t_s[-1]), [2, 0], method="Radau", rtol=1e-9, atol=1e-12, t_eval=t_s)
     y = truth.y[0] + 0.05 * np.random.default_rng(0).standard_normal(len(t_s))
@@ -78,7 +78,7 @@ def test_sigma_points_follow_a_plant_that_jumps_and_derivatives_are_advised_agai
 
 @pytest.mark.filterwarnings("ignore:overflow")
 def test_a_guard_on_the_slow_motion_is_found():
-    """Where x has come down to 1.9 it is set back to 2: a fast transient each time."""
+    """Where x has fallen to 1.9 it is reset to 2, with a fast transient each time."""
     plan = hnav.Plan(
         hnav.Plant(
             slope, lambda t, x, u, p: x[0], states={"x": 2.0, "v": 0.0}, sensors=["x"], jacobian=jacobian,

@@ -19,7 +19,7 @@ T_S = np.arange(1, 1501) * 0.05
 
 @cache
 def recording(seed=1, k=4.0):
-    """Of the little plant with noise 0.1 of v, seen with a sigma of 0.02."""
+    """A recording of the little plant: process noise 0.1 of v, sensor noise 0.02."""
     rng, x, seen = np.random.default_rng(seed), np.array([1.0, 0.0]), []
     for _ in T_S:
         for _ in range(10):
@@ -58,7 +58,7 @@ def test_a_model_holds_only_with_innovations_that_are_white_and_as_large_as_stat
 
 
 def test_a_mean_of_few_predictions_condemns_no_model_by_chance():
-    """Of a right model one mean in fifty at most lies outside, however few predictions it has."""
+    """At most one mean in fifty of a correct model is outside the limits, for any number of predictions."""
     rng = np.random.default_rng(4)
     for n in (1, 5, 50):
         means = rng.chisquare(n, 400) / n
@@ -68,7 +68,7 @@ def test_a_mean_of_few_predictions_condemns_no_model_by_chance():
 
 
 def test_the_likelihood_is_that_of_the_samples(little_fmu):
-    """Of two samples, by their joint covariance."""
+    """The log-likelihood of two samples, by their joint covariance."""
     plan, y = plan_of(little_fmu).sensor("y", noise=0.3), np.array([1.05, 0.9])
     run = Observer(plan).run([0.0], {"x": y[:1], "y": y[1:]})
     S = 0.04 + np.diag([0.01, 0.09])
@@ -78,13 +78,13 @@ def test_the_likelihood_is_that_of_the_samples(little_fmu):
     assert np.isnan(Observer(plan).run([0.0, 1.0], {"x": [1.0, np.nan]}).log_likelihood[1])
 
 
-def test_a_noise_that_the_samples_do_not_tell_is_named(little_fmu):
+def test_a_noise_that_the_samples_do_not_determine_is_named(little_fmu):
     plan = plan_of(little_fmu, 0.02, 0.1).unknown_input("d", start_sigma=1e-9, noise=1e-9)
     tuned = tune(plan, T_S[:300], {"x": recording()[:300]})
     assert "unknown_input d" in tuned.undetermined
 
 
-def test_a_wrong_model_is_told_from_its_noise(little_fmu):
+def test_a_wrong_model_is_distinguished_from_its_noise(little_fmu):
     plan = plan_of(little_fmu, 0.02, 0.1)
     t_s, samples = T_S[:400], {"x": recording()[:400]}
     wrong = tune(plan.copy().set("k", 9.0), t_s, samples)

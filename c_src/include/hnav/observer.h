@@ -100,9 +100,9 @@ typedef struct hnav_observer_statistics {
                                    parameter itself, noise as it is at the start. Null: none */
 } hnav_observer_statistics;
 
-/* Refused, with a message that names what is wrong: sizes (SIZE; N at most 1000, known inputs and sensors together at most 62),
- * null (NULL_ARGUMENT), numbers that are not finite (NON_FINITE) or invalid (OPTION), a plant that fails at the start
- * (SOLVER), or one whose values depend on earlier calls (UNSUPPORTED). The plant is evaluated some hundred times within three sigma
+/* Refused, with a message that names what is wrong: sizes (SIZE; known inputs and sensors together at most 62), null (NULL_ARGUMENT),
+ * numbers that are not finite (NON_FINITE) or invalid (OPTION), more than 1 GiB of memory (OPTION; some 1500 numbers), a plant that fails
+ * at the start (SOLVER), or one whose values depend on earlier calls (UNSUPPORTED). The plant is evaluated some hundred times within three sigma
  * of its start. */
 HNAV_API hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_options* options, const hnav_plant* plant,
                                           const hnav_observer_statistics* known, char* message, size_t message_size);
