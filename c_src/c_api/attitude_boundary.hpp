@@ -4,6 +4,7 @@
 #include "c_api/attitude_object.hpp"
 #include "c_api/readings.hpp"
 #include "hnav/hnav.h"
+#include "maths/finite.hpp"
 
 #include <cmath>
 
@@ -16,12 +17,6 @@ constexpr double min_heading_sigma_rad = 1e-7; // the square of a smaller one is
 constexpr double min_speed_sigma_m_s = 1e-3; // no sensor of speed is better
 constexpr double max_speed_m_s = 1e4; // of anything in the air
 constexpr double near_singular_pitch = 85 * M_PI / 180;
-
-inline bool finite(const double* v, int n) {
-    for (int i = 0; i < n; ++i)
-        if (!std::isfinite(v[i])) return false;
-    return true;
-}
 
 inline void store(const Quaternion& q, double* out) {
     for (int i = 0; i < 4; ++i) out[i] = q[i];
@@ -37,7 +32,7 @@ inline double max_of(int channel) { return channel == gyro ? max_rate_rad_s : ma
 
 // A vector sample in body axes, or the reason of its refusal. Directions must not be zero.
 inline hnav_status check_vector(AttitudeObject* f, double t_s, const double* value, int channel, AttitudeSample* sample) {
-    if (!std::isfinite(t_s) || !finite(value, 3)) {
+    if (!std::isfinite(t_s) || !all_finite(value, 3)) {
         f->refuse_non_finite();
         return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s is not finite: (%g, %g, %g)", sensor_name(channel), t_s,
                        value[0], value[1], value[2]);

@@ -119,9 +119,12 @@ hnav_status take_row(AttitudeObject* f, double t_s, const Samples& of) {
 }
 
 Samples samples_of(const hnav_run_input& in, size_t i) {
-    const bool with_speed = in.speed_m_s && in.speed_sigma_m_s;
-    return {row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i), with_speed ? in.speed_m_s[i] : hnav::nan,
-            with_speed ? in.speed_sigma_m_s[i] : hnav::nan};
+    Samples of{row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i), hnav::nan, hnav::nan};
+    if (in.speed_m_s) {
+        of.speed = in.speed_m_s[i];
+        of.speed_sigma = in.speed_sigma_m_s[i];
+    }
+    return of;
 }
 
 // ------------------------------------------------------------------------------------------------ smoothing

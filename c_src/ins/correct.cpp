@@ -374,7 +374,6 @@ void Model::admit_learnt_noise(State& s, Covariance& P) const {
 }
 
 void Model::correct(State& s, const Event& event) const {
-    ++s.seldom_changes;
     Covariance P = Covariance::of(s);
     note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);

@@ -6,7 +6,7 @@ namespace {
 
 bool has_aid(const Event& event) { return (event.present & ~(std::uint64_t{1} << field)) >> rest != 0; }
 
-// A sample of the IMU or the field within the motion, without a correction, changes none of the seldom members of the state.
+// A sample of the IMU or the field within the motion. Without a correction it changes none of the seldom members of the state.
 bool is_plain(const State& s, const Event& event) {
     return s.started() && !s.gap_too_long && !has_aid(event) && !event.begins_time_base();
 }
@@ -85,7 +85,10 @@ void Model::jump(State& s, const Event& event) const {
     if (s.started()) {
         const double half_s = s.has(event, imu) ? 0.5 * s.usual_interval_s : 0;
         const double since_s = event.t_s - s.last_correction_s + half_s;
-        if (has_aid(event) || wants_field(s, event) || has_lasted(since_s, options_.correction_interval_s)) correct(s, event);
+        if (has_aid(event) || wants_field(s, event) || has_lasted(since_s, options_.correction_interval_s)) {
+            ++s.seldom_changes;
+            correct(s, event);
+        }
     } else {
         try_start(s, event);
     }

@@ -24,18 +24,6 @@ struct Covariance {
     alignas(16) double P[errors][row_length], response[errors][responses];
     int n;
 
-    Covariance() = default;
-    Covariance(const Covariance& other) { *this = other; }
-    // Copies the used rows only.
-    Covariance& operator=(const Covariance& other) {
-        n = other.n;
-        with_rows(n, [&](auto rows) {
-            for (int i = 0; i < rows; ++i) std::copy_n(other.P[i], int(rows), P[i]);
-        });
-        for (int i = 0; i < errors; ++i) std::copy_n(other.response[i], responses, response[i]);
-        return *this;
-    }
-
     static Covariance of(const State& s) {
         Covariance c;
         c.n = s.field_unit > 0 ? int(errors) : int(errors_without_field);
@@ -55,7 +43,6 @@ struct Covariance {
             }
         });
         std::copy_n(response[0], errors * responses, s.response);
-        ++s.seldom_changes;
     }
     // Adds rows of zero variance.
     void extend(int rows) {

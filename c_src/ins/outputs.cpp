@@ -13,7 +13,8 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
     }
     Covariance P = Covariance::of(now);
     propagate(now, P, now.mean);
-    return is_free(s) ? given_circle(now, P) : P;
+    if (is_free(s)) P = given_circle(now, P);
+    return P;
 }
 
 namespace {

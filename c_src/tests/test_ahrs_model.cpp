@@ -823,9 +823,9 @@ TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
         MagneticReference<double> m{};
         const MeanField<double> first{{0.5, 0, 0.8}}, second{{0.5 * std::cos(0.4), 0.5 * std::sin(0.4), 0.5}};
         for (int k = 0; k < (trusted ? 70 : 1) * 28; ++k) m.weigh(set, first, 0.5, 0.8, true, 1 / 28.0);
-        EXPECT_FALSE(m.candidate_wins(set, 0.5, 0.8));
+        EXPECT_FALSE(m.candidate_wins(set));
         int until = 0;
-        while (!m.candidate_wins(set, 0.5, 0.8) && until < 100 * 28) {
+        while (!m.candidate_wins(set) && until < 100 * 28) {
             m.weigh(set, second, 0.5, 0.8, true, 1 / 28.0);
             ++until;
         }

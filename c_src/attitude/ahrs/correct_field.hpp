@@ -132,7 +132,7 @@ void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mea
     const bool turning = s.rate_power > fast * fast * s.x[13];
     s.field.weigh(options_, mean, s.reference[0], s.reference[1], turning, s.field_s);
     const bool possible = place_.is_of_place(s.field.candidate_horizontal(), s.field.candidate[2]);
-    if (possible && s.field.candidate_wins(options_, s.reference[0], s.reference[1])) change_reference(s, c, mean);
+    if (possible && s.field.candidate_wins(options_)) change_reference(s, c, mean);
 }
 
 // The candidate becomes the reference. The heading and the mean field turn by the share by which the heading is uncertain.

@@ -4,6 +4,7 @@
 // The velocity error is v_true = exp(theta) v + error, whose transition contains gravity alone (Barrau and Bonnabel, IEEE Transactions
 // on Automatic Control 62, 2017). A velocity given in body axes then has no row of the heading.
 #include "attitude/ahrs/correct_aid.hpp"
+#include "attitude/ahrs/correct_velocity.hpp"
 #include "estimation/gate.hpp"
 
 namespace hnav {
@@ -44,32 +45,18 @@ struct Model::Aid<speed> {
     static void follow(const Model& model, State& s, Correction& c, double t_s, Scalar since_s, const Vector2R& measured_n,
                        const Matrix2R& noise) {
         constexpr Scalar gate_nis = Scalar(13.8); // 99.9 % of chi square with two degrees of freedom
-        const Vector3R before = c.rotation_variances();
         Eigen::Matrix<Scalar, errors, 2> PHt;
         for (int k = 0; k < 2; ++k) PHt.col(k) = c.column(velocity + k);
         Matrix2R S = rows<2>(PHt, velocity) + noise;
         const Vector2R innovation = measured_n - Eigen::Map<Vector2R>(s.velocity) - segment<2>(c.error, velocity);
-        InnovationOf<Scalar>& i = s.innovation[speed];
-        i = {};
-        i.t_s = t_s;
-        i.dimension = 2;
-        i.value[0] = innovation[0];
-        i.value[1] = innovation[1];
-        i.S[0] = S(0, 0);
-        i.S[1] = i.S[3] = S(0, 1);
-        i.S[4] = S(1, 1);
-        i.nis = normalised_square<2, Scalar>(S, innovation);
+        InnovationOf<Scalar>& i = record_velocity(s.innovation[speed], t_s, innovation, S);
         const Scalar over = beyond_gate(i.nis, gate_nis);
         if (over > 1 && model.tilt_ready(s)) {
             i.noise_scale = 1 + (over - 1) * S.trace() / noise.trace();
             S *= over;
             ++s.gated[speed];
         }
-        condition<2, 0>(c, PHt, S, innovation);
-        const Vector3R after = c.rotation_variances();
-        s.information.gain_tilt(before, after);
-        const Vector3R turned = segment<3>(c.error, rotation);
-        s.tilt_excess.note(turned.data(), (before[0] + before[1] - after[0] - after[1]) / 2, since_s);
+        condition_on_velocity(s, c, PHt, S, innovation, since_s);
     }
 };
 

@@ -6,16 +6,9 @@
 
 namespace hnav {
 
+// The horizontal velocity as a sensor measures it.
 template <class R>
-void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool rests) const {
-    const Vector3R before = c.rotation_variances();
-    const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
-    Matrix2R S = block<2, 2>(c.P, velocity, velocity);
-    const R lasting2 = rests ? s.lasting.density2() : std::max(s.lasting.density2(), density_.lasting_density2);
-    S.diagonal().array() += (s.motion.density2(density_.velocity_density2, rests) + lasting2) / s.force_s;
-    const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
-
-    InnovationOf<R>& i = s.innovation[accel];
+InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S) {
     i = {};
     i.t_s = t_s;
     i.dimension = 2;
@@ -25,11 +18,29 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
     i.S[1] = i.S[3] = S(0, 1);
     i.S[4] = S(1, 1);
     i.nis = normalised_square<2, R>(S, innovation);
+    return i;
+}
 
+// PHt: columns of the velocity. T: since the last measurement of its kind, s.
+template <class R>
+void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
+                                           const Vector2R& innovation, R T) {
+    const Vector3R before = c.rotation_variances();
     condition<2, 0>(c, PHt, S, innovation);
     const Vector3R after = c.rotation_variances();
     s.information.gain_tilt(before, after);
-    s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2, s.force_s);
+    s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2, T);
+}
+
+template <class R>
+void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool rests) const {
+    const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
+    Matrix2R S = block<2, 2>(c.P, velocity, velocity);
+    const R lasting2 = rests ? s.lasting.density2() : std::max(s.lasting.density2(), density_.lasting_density2);
+    S.diagonal().array() += (s.motion.density2(density_.velocity_density2, rests) + lasting2) / s.force_s;
+    const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
+    record_velocity(s.innovation[accel], t_s, innovation, S);
+    condition_on_velocity(s, c, PHt, S, innovation, s.force_s);
     judge_hold(s, c.P(force_latency, force_latency));
 }
 

@@ -78,14 +78,14 @@ void AhrsModelOf<R>::travel(State& s, Correction& c) const {
     const Vector2R across(-s.velocity[1], s.velocity[0]);
     const Eigen::Map<const Matrix3R> G(s.x + 4);
     const Vector drift = columns<3>(c.P, bias) * G.row(2).transpose();
-    const R variance = G.row(2).dot(segment<3>(drift, bias)) + rotation_noise(s);
+    const R noise = rotation_noise(s), variance = G.row(2).dot(segment<3>(drift, bias)) + noise;
     for (int i = 0; i < 2; ++i) {
         c.P.row(velocity + i) += across[i] * drift.transpose();
         c.P.col(velocity + i) += across[i] * drift;
     }
     block<2, 2>(c.P, velocity, velocity) += variance * across * across.transpose();
-    c.P.row(rotation + 2).template segment<2>(velocity) -= rotation_noise(s) * across.transpose();
-    c.P.col(rotation + 2).template segment<2>(velocity) -= rotation_noise(s) * across;
+    c.P.row(rotation + 2).template segment<2>(velocity) -= noise * across.transpose();
+    c.P.col(rotation + 2).template segment<2>(velocity) -= noise * across;
 }
 
 // With the attitude, by a rotation vector in navigation axes.

@@ -9,8 +9,7 @@ template <class R>
 void AhrsModelOf<R>::jump(State& s, const Event& event) const {
     const std::uint64_t usable = s.usable(event);
     const int channels = has_aid(event) ? channel_count : heading; // that may have a sample
-    for (int c = 0; c < heading; ++c) s.used[c] += (usable >> c) & 1;
-    for (int c = heading; c < channels; ++c) s.used[c] += (usable >> c) & 1;
+    for (int c = 0; c < channels; ++c) s.used[c] += (usable >> c) & 1;
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
         if (s.gap_too_long) pass_gap(s, event.t_s);

@@ -257,7 +257,11 @@ private:
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
-    void correct_velocity(State& s, Correction& c, double t_s, bool rests) const; // correct_velocity.hpp
+    // correct_velocity.hpp
+    static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
+    static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
+                                      const Vector2R& innovation, R T);
+    void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp

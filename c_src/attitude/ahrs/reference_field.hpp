@@ -93,10 +93,8 @@ struct MagneticReference {
     }
 
     template <class Options>
-    bool candidate_wins(const Options& o, R horizontal, R down) const {
-        const R needed_s = std::fmax(R(o.candidate_first_s), R(o.candidate_share) * evidence_s);
-        return has_passed(candidate_evidence_s, needed_s) &&
-               length(candidate_horizontal() - horizontal, candidate[2] - down) > R(o.mag_gate);
+    bool candidate_wins(const Options& o) const {
+        return has_passed(candidate_evidence_s, std::fmax(R(o.candidate_first_s), R(o.candidate_share) * evidence_s));
     }
 
     // Share of the candidate's azimuth by which the heading turns when the candidate wins: 0 for a heading that was confirmed for long, 1

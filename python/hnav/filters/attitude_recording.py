@@ -52,11 +52,12 @@ class LibraryRun:
         self.options, self._seconds, self._rows = options, 0.0, 0
         self._filter = Filter(options)
 
-    def go_on(self, recording: Recording, rows: slice = slice(None), smooth: bool = False) -> Run:
-        """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once."""
+    def go_on(self, recording: Recording, rows: slice = slice(None), smooth: bool = False, speeds: Speeds | None = None) -> Run:
+        """These rows, which go on from those of the last call. smooth: with hindsight, and then all rows at once. speeds: of all rows of
+        the recording; without them those that it has."""
         t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
         field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
-        speeds = speeds_of(recording, self.options)
+        speeds = speeds or speeds_of(recording, self.options)
         begin = time.perf_counter()
         run = self._filter.run(
             t_s,
@@ -105,11 +106,11 @@ def speeds_of(recording: Recording, options: Options) -> Speeds | None:
 
 
 def _run_at_once(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Ran:
-    library, n = LibraryRun(options), len(recording.t_s)
+    library, n, speeds = LibraryRun(options), len(recording.t_s), speeds_of(recording, options)
     chunk = n if smooth or progress is None else CHUNK
     parts: list[Run] = []
     for i in range(0, n, chunk):
-        parts.append(library.go_on(recording, slice(i, i + chunk), smooth))
+        parts.append(library.go_on(recording, slice(i, i + chunk), smooth, speeds))
         if progress:
             progress(min(i + chunk, n), n)
     arrays = {

@@ -542,7 +542,7 @@ class AhrsReference:
         T, turning = self.field_s, self.rate_power / (self.o.turning_rad_s**2 * self.window_s)
         mean = self.field_sum / self.fields
         self.field.weigh(mean, self.M, turning > 1, T)
-        if self.of_place(intensities_of(self.field.candidate)) and self.field.candidate_wins(self.M):
+        if self.of_place(intensities_of(self.field.candidate)) and self.field.candidate_wins():
             mean = self.change_reference(mean)
         (h, z), (horizontal, down) = intensities_of(mean), self.M
         residual = np.array([horizontal - h, -horizontal * wrap(azimuth(mean) - self.declination), down - z])

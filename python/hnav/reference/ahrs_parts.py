@@ -397,10 +397,10 @@ class MagneticReference:
         strength = float(np.linalg.norm(self.candidate))
         return strength if strength >= 4 or 0 < strength <= 0.25 else 1.0
 
-    def candidate_wins(self, reference: Array) -> bool:
-        needed_s = max(self.o.candidate_first_s, self.o.candidate_share * self.evidence_s)
-        away = np.linalg.norm(intensities_of(self.candidate) - reference)
-        return bool(has_passed(self.candidate_evidence_s, needed_s) and away > self.o.mag_gate)
+    def candidate_wins(self) -> bool:
+        return bool(
+            has_passed(self.candidate_evidence_s, max(self.o.candidate_first_s, self.o.candidate_share * self.evidence_s))
+        )
 
     def distrust(self, heading_variance: float) -> float:
         """Share of the candidate's azimuth that is attributed to the heading when the candidate becomes the reference."""
