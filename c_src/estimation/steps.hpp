@@ -18,11 +18,13 @@ namespace hnav {
 template <int count>
 struct StepEvidence {
     double information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
+    double excess; // of r' S^-1 r over that of an outlier, of rejected samples
 
     // weight: share of the evidence that counts.
     void add(const StepEvidence& more, double weight) {
         for (int i = 0; i < count * count; ++i) information[i] += weight * more.information[i];
         for (int i = 0; i < count; ++i) sum[i] += weight * more.sum[i];
+        excess += weight * more.excess;
     }
 };
 
@@ -32,7 +34,7 @@ public:
     using Vector = Eigen::Matrix<double, count, 1>;
 
     // sigmas: of the prior of each part.
-    Steps(const StepEvidence<count>& of, const double* sigmas) : sum_(of.sum) {
+    Steps(const StepEvidence<count>& of, const double* sigmas) : sum_(of.sum), excess_(of.excess) {
         Square<count> posterior = Eigen::Map<const Square<count>>(of.information);
         for (int i = 0; i < count; ++i) {
             posterior(i, i) += 1 / square(sigmas[i]);
@@ -40,8 +42,8 @@ public:
         }
         factor_ = Cholesky<count>(posterior);
     }
-    // Twice the logarithm of the ratio of the likelihoods with and without steps.
-    double twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_); }
+    // Twice the logarithm of the ratio of the likelihoods with steps, and with none but outliers instead.
+    double twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_) - excess_; }
     Vector mean() const { return factor_.template solve<1>(sum_); }
     Square<count> covariance() const {
         return factor_.template solve<count>(typename Cholesky<count>::template Rows<count>(Square<count>::Identity()));
@@ -49,6 +51,7 @@ public:
 
 private:
     Vector sum_;
+    double excess_;
     Cholesky<count> factor_;
     double priors_ = 1; // product of their variances
 };

@@ -70,7 +70,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         note_refusal(s, position, true, event.t_s);
         const double off_m = vec(s.gates.jump).head<2>().norm();
         if (!outlasts(s, position, off_m, event.t_s)) return;
-        lost = lost || first_were_wrong(s, event.t_s);
+        lost = lost || first_were_wrong(s, position, event.t_s);
         if (!lost) accept_jump(s, P, position, off_m, event.t_s);
         vec(s.gates.jump).setZero();
     }

@@ -36,10 +36,7 @@ struct Projected {
     }
 
     // gain = PHt S^-1, error = gain r
-    void solve(const Cholesky<m>& S) const {
-        Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
-        symmetrise<m>(inverse);
-        if (m == 3) note_steps(inverse);
+    void solve(const Square<m>& inverse) const {
         for (int k = 0; k < m; ++k) {
             for (int l = 0; l < m; ++l)
                 for (int i = 0; i < n; ++i) c.gain[k][i] += inverse(k, l) * c.PHt[l][i];
@@ -47,16 +44,25 @@ struct Projected {
         }
     }
 
-    void note_steps(const Square<m>& inverse) const {
+    // Of the sample as it is stated, even if it is rejected. excess: of its NIS over that of an outlier.
+    void note_steps(const Square<m>& inverse, double excess) const {
         const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(c.HB[0]);
         for (int w = 0; w < step_windows; ++w) {
             const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step),
                                                      weighted = inverse * one;
+            c.steps[w].excess = excess;
             Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose().lazyProduct(weighted);
             Eigen::Map<Eigen::Matrix<double, may_step, 1>>(c.steps[w].sum) = weighted.transpose() * r;
         }
     }
 };
+
+template <int m>
+Square<m> inverse_by(const Cholesky<m>& S) {
+    Square<m> inverse = S.template solve<m>(Square<m>(Square<m>::Identity()));
+    symmetrise<m>(inverse);
+    return inverse;
+}
 
 template <int m, int n>
 Correction correction_by(const Measurement& given, const Covariance& P, const double* mean, double gate_nis) {
@@ -67,14 +73,15 @@ Correction correction_by(const Measurement& given, const Covariance& P, const do
         for (int k = 0; k < m; ++k) S(k, k) += noise * given.R[k];
         return Cholesky<m>(S);
     };
-    Cholesky<m> S = total(1, 1);
+    const Cholesky<m> S = total(1, 1);
     result.sound = S.positive();
     if (!result.sound) return result;
     result.nis = of.r.dot(S.template solve<1>(of.r));
     const double over = given.gated ? beyond_gate(result.nis, gate_nis) : 1;
     result.scale = over * over; // redescending
-    if (over > 1) S = total(over, result.scale);
-    of.solve(S);
+    const Square<m> inverse = inverse_by(S);
+    if (m == 3) of.note_steps(inverse, over > 1 ? result.nis - gate_nis : 0);
+    of.solve(over > 1 ? inverse_by(total(over, result.scale)) : inverse);
     return result;
 }
 

@@ -212,7 +212,7 @@ private:
     void admit_drift(State& s, Covariance& P) const;
     void admit_learnt_noise(State& s, Covariance& P) const;
     void note_small_heading(State& s, const Covariance& P, double now_s) const;
-    static bool first_were_wrong(const State& s, double now_s);
+    static bool first_were_wrong(const State& s, int channel, double now_s);
     bool outlasts(const State& s, int channel, double off_m, double now_s) const;
     static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;

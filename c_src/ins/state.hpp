@@ -33,6 +33,8 @@ using Event = FixedEvent<channel_count, event_values>;
 using Sample = Event::Sample;
 
 enum class Phase : std::uint64_t { waiting, levelling, any_heading, navigating };
+// What the aids have refuted before the heading is found; it starts again at the end of the event.
+enum class Refuted : std::uint64_t { nothing, first_fixes, state };
 
 // Rows of the error state: q_true = exp(phi / 2) q, everything else true minus estimate; phi and vectors in t axes.
 enum Row : int {
@@ -57,7 +59,9 @@ enum Row : int {
 
 constexpr int nx = 10;    // d 3, v 3, q 4
 constexpr int may_step = 9; // rows from row_phi on: attitude, biases of gyroscopes and accelerometers
-constexpr int step_windows = 2; // one begins in the middle of the other, so that none is always short
+// Windows for steps: one of the first two begins in the middle of the other, so that none is always short; the newest begins with the last
+// accepted velocity.
+constexpr int newest_window = 2, step_windows = 3;
 constexpr int responses = may_step * step_windows;
 
 // Upper triangle by columns, i <= j: without a magnetometer the first columns suffice.
@@ -82,6 +86,7 @@ struct Contradiction {
     double way[3]; // integral of the innovations, m
     double position[3]; // innovation of the position when it began; NaN until there is one
     double last_s; // of the newest velocity
+    StepEvidence<may_step> steps[step_windows]; // of the rejected velocities: it counts if the state is found wrong
     Verdict verdict;
 
     void begin() {
@@ -190,7 +195,8 @@ struct State {
     double heading_since_s; // the sigma of the heading has been below its limit since; NaN: it is above
     Innovation innovation[channel_count];
     std::uint64_t inflated[channel_count];
-    std::uint64_t times_lost, corrections, first_was_wrong;
+    std::uint64_t times_lost, corrections;
+    Refuted refuted;
     Phase phase;
     std::uint64_t seldom_changes; // last member of this group
 

@@ -74,6 +74,18 @@ TEST(Steps, NoStepIsNotFoundAndAStepGivesTheEstimateOfAFilterThatExpectedIt) {
     EXPECT_LT(found.variance, 0.01); // of 150 samples
 }
 
+TEST(Steps, RejectedSamplesAreOutliersUnlessALikelyStepExplainsThem) {
+    const double sigma = 1, gate = 16;
+    const auto ratio = [&](double r, int count) {
+        StepEvidence<1> evidence{};
+        for (int i = 0; i < count; ++i) evidence.add({{1}, {r}, r * r - gate}, 1);
+        return Steps<1>(evidence, &sigma).twice_log_ratio();
+    };
+    EXPECT_LT(ratio(20, 1), 0); // 20 sigmas of the step are less likely than an outlier
+    EXPECT_GT(ratio(5, 4), 18);
+    EXPECT_LT(ratio(20, 4), 0);
+}
+
 TEST(Consistency, InnovationsAsPredictedChangeNothing) {
     for (const double interval_s : {0.1, 0.2, 1.0}) {
         EXPECT_LT(after(1000, interval_s, 1, 0).bias(), 5) << interval_s;

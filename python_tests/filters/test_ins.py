@@ -513,6 +513,13 @@ def test_a_saturated_gyroscope_widens_the_heading_and_it_comes_back():
         assert clipped.is_back and max(clipped.lies.values()) == 0 and clipped.beyond[2] < 0.01
 
 
+def test_a_step_of_the_accelerometer_is_known_as_such_once_positions_agree_with_the_velocities():
+    """Rejected velocities count from the first one on, and the step from the last accepted one on."""
+    for (stepped,) in outcomes("aircraft", ("force_bias",), 4, 3, 1):
+        assert stepped.is_back and max(stepped.lies.values()) == 0 and max(stepped.beyond) == 0, stepped
+        assert stepped.back_s["tilt"] == 0 and stepped.largest_m < 10, stepped
+
+
 def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():
     """After 30 s: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
     samples, _ = vehicle("quadrotor", "industrial", 5, 60.0)

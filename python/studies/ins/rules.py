@@ -57,10 +57,14 @@ RULES = {
         "correct_satellites.cpp",
         {"free && position_jumped(s, event)": "false"},
     ),
-    "first_was_wrong": Rule(
+    "refuted": Rule(
         "tilt and biases have followed a first fix that was wrong",
         "correct.cpp",
-        {"        s.first_was_wrong = 1; // and tilt and biases have followed it\n        return;\n": ""},
+        {
+            "        // Tilt and biases have followed the first fixes, or have stepped since.\n"
+            "        s.refuted = first_were_wrong(s, m.channel, event.t_s) ? Refuted::first_fixes : Refuted::state;\n"
+            "        return;\n": ""
+        },
     ),
     "admit_latency": Rule(
         "the latency is noise while the heading is unknown, but the same in all fixes",
