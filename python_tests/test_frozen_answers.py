@@ -154,7 +154,9 @@ def test_a_case_is_answered_as_it_was(kind, case, frozen):
 
 
 def keep(*wanted: str) -> None:
-    """The answers of these cases by this library, of all cases without names."""
+    """The answers of these cases by this library, of all cases without names. Raises ValueError for an unknown case."""
+    if unknown := set(wanted).difference(case for of_kind, *_ in KINDS.values() for case in of_kind):
+        raise ValueError(f"no such case: {sorted(unknown)}")
     with np.load(FILE) as data:
         kept = {name: values for name, values in data.items() if wanted and name.partition("/")[0] not in wanted}
     for of_kind, answers, samples, _ in KINDS.values():

@@ -90,6 +90,8 @@ public:
     const Options& options() const { return options_; }
     // Where each correction is recorded; null: it is not.
     void record_steps(Step* step) { step_ = step; }
+    // The state does not step: nothing is looked for in innovations.
+    void expect_no_steps() { may_step_ = false; }
 
     // start.cpp
     void begin(State& s) const;
@@ -263,6 +265,7 @@ private:
 
     Options options_{};
     Step* step_ = nullptr;
+    bool may_step_ = true;
 };
 
 // Rate and force of the present interval: the held sample without bias and scale error, with coning and sculling.

@@ -34,6 +34,11 @@ struct Step {
     }
     // The sigma of a row grows by this factor; its correlations are kept.
     void scaled(int row, double factor) { before.scale(row, factor); }
+    // The state has stepped, as the estimate now has; what is known of it is P. Samples have not corrected it.
+    void stepped(const Covariance& P) {
+        before = P;
+        for (double& c : change) c = 0;
+    }
     // The state may have stepped: its variance grows, without correlation to others.
     void jumped(int row, double variance) { before[row][row] += variance; }
     void add(const double* error) {

@@ -28,10 +28,10 @@ void Model::take_steps(State& s, Covariance& P, int window, const Steps<may_step
     const Eigen::Matrix<double, errors, may_step> BC = B * found.covariance();
     for (int i = 0; i < P.n; ++i)
         for (int j = 0; j < P.n; ++j) P[i][j] += BC.row(i).dot(B.row(j));
-    if (step_) step_->before = P;
     const Eigen::Matrix<double, errors, 1> error = B * found.mean();
     if (is_free(s)) Eigen::Map<Eigen::Matrix<double, errors, 1>>(s.mean) += error;
     else apply(s, P, error.data());
+    if (step_) step_->stepped(P);
     s.inconsistent_s = now_s;
     s.information_tilt = s.information_heading = s.information_velocity = 0;
     for (Consistency& fit : s.fits) fit.begin(fit.noise);
@@ -48,7 +48,7 @@ void Model::admit_steps(State& s, Covariance& P, double now_s) const {
                                          gyro_rad_s, accel_m_s2, accel_m_s2, accel_m_s2};
     if (std::isnan(s.steps_since_s[0]))
         for (int w = 0; w < step_windows; ++w) begin_steps(s, P, w, now_s);
-    if (!has_judged(s)) return;
+    if (!may_step_ || !has_judged(s)) return;
     int likeliest = 0;
     double ratio = -HUGE_VAL;
     for (int w = 0; w < step_windows; ++w) {

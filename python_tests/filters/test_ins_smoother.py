@@ -6,7 +6,7 @@ import pytest
 import hnav
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.reference import earth
-from studies.ins import hindsight
+from studies.ins import faults, hindsight
 from studies.ins.experiment import wrapped
 from studies.ins.faults import FAULTS
 from studies.ins.vehicles import fixes, vehicle
@@ -58,6 +58,29 @@ def test_an_outage_of_half_a_minute_costs_little_in_its_middle():
         rms.append(np.sqrt(np.mean(off**2)))
         sigma.append(run.sigma_position_m[middle].max())
     assert rms[1] < 4 and sigma[1] < sigma[0]
+
+
+@pytest.mark.parametrize("kind, fault", [("car", "rate_bias"), ("car", "force_bias"), ("aircraft", "force_bias")])
+def test_a_step_of_the_sensors_leaves_the_smoother_no_worse_than_the_filter(kind, fault):
+    """A second pass over such a recording contradicts the samples, so the smoother keeps the first one."""
+    drive = faults.simulated(kind, 3_000_000)
+    samples, begin_s = drive.samples, drive.samples.t_s[0] + faults.BEGIN_S
+    hit = samples.t_s > begin_s
+    spoilt = FAULTS[fault].of(samples, hit & (samples.t_s <= begin_s + 30), samples.aids.arrays()[0] < 0)
+    arrays = spoilt.t_s, spoilt.rate_b_rad_s, spoilt.force_b_m_s2, spoilt.aids, faults.EVERY
+    ins = hnav.Ins(drive.preset, **FAST, **drive.options)
+    filtered, smoothed = ins.run(*arrays, check=False), ins.smooth(*arrays)
+    known = filtered.phase == NAVIGATING
+    rms = [{what: np.sqrt(np.mean(size[known] ** 2)) for what, size in faults.errors(run, drive.truth).items()}
+           for run in (filtered, smoothed)]  # fmt: skip
+    assert rms[1]["position"] < 1.5 * rms[0]["position"] and rms[1]["tilt"] < rms[0]["tilt"]
+    assert rms[1]["heading"] < rms[0]["heading"]
+
+
+def test_a_second_pass_over_false_steps_is_given_up():
+    for kind, seed in (("aircraft", 3_000_046), ("ship", 3_000_060)):
+        means = np.sqrt(hindsight.compared(kind, "industrial", seed).means)
+        assert means[1, 1, 2] < means[0, 1, 2] and means[1, 1, 0] < means[0, 1, 0], kind
 
 
 def test_the_last_row_is_the_filters_and_nothing_of_the_filter_moves(drive):

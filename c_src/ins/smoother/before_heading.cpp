@@ -15,6 +15,8 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     Options options = model_.options();
     options.start = HNAV_INS_START_STATE;
     Way way{Model(options), before_, 0, found.state.last_event_s, true, {}};
+    // Its wide start is linearised about an estimate that has used the same samples: the first innovations are no evidence of steps.
+    way.model.expect_no_steps();
     for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.aid, 5);
     if (!go_forward(way, place, way.model.once_more(begin, later, known_s), false)) return false;
     go_back(way, &target);

@@ -16,11 +16,12 @@ void Smoother::prepare(const Way& way, Event& event, State& s) {
     if (event.t_s >= way.until_s) s.last_correction_s = -std::numeric_limits<double>::infinity();
 }
 
-// Returns false if a second pass lost the state.
+// Returns false if a second pass lost the state or contradicts the samples: then the first one is better.
 bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
     Event event;
     std::uint64_t corrections = 0;
     const std::uint64_t lost = s.times_lost;
+    const double begin_s = s.last_event_s;
     std::size_t since = 0;
     way.count = 0;
     for (Place p = from; p.row < recording_.rows();) {
@@ -33,7 +34,8 @@ bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
         while (next_event(recording_, p, row, &event)) {
             prepare(way, event, s);
             step_over(way.model, s, event);
-            if (way.again && (s.phase != Phase::navigating || s.times_lost != lost)) return false;
+            const bool sound = s.phase == Phase::navigating && s.times_lost == lost && !(s.inconsistent_s >= begin_s);
+            if (way.again && !sound) return false;
             if (event.t_s >= way.until_s) return true;
         }
         if (!writes) continue;

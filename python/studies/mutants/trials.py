@@ -26,7 +26,8 @@ PYTHON_LAWS = (
     "python_tests/reference/test_ins_twin.py",
     "python_tests/observer/test_bounds.py", "python_tests/observer/test_fmu_events.py", "python_tests/observer/test_fmu_plants.py",
     "python_tests/observer/test_live_plants.py", "python_tests/observer/test_plants_without_answers.py",
-    "python_tests/observer/test_robust_law.py", "python_tests/observer/test_sigma_points.py",
+    "python_tests/observer/test_python_plants.py", "python_tests/observer/test_robust_law.py",
+    "python_tests/observer/test_sigma_points.py", "python_tests/observer/test_smoothing.py",
 )  # fmt: skip
 # It compiles the attitude filters once more.
 LEFT_OUT = {"test_single_precision"}
