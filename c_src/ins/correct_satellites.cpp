@@ -35,7 +35,8 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     const Matrix3 T = mat(s.axes);
     const double* fix = event.value[position];
     Matrix3 N = mat(s.fix_axes);
-    if (!free) N = earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    const earth::Place here = earth::place_of(vec(s.anchor_e) + T * vec(s.x));
+    if (!free) N = earth::axes_at(here);
     else if (event.has(position)) N = earth::axes_at({fix[0], fix[1], fix[2]});
     Vector3 z = vec(value);
     if (m.rows == 2) z[2] = 0;
@@ -47,6 +48,11 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_phi, -cross_matrix(lever));
     m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
+    // Near a pole an error of the place turns north and east, by its size over the distance to the pole.
+    const double own2 = free ? 0 : std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]),
+                 off_m = std::sqrt(own2 + square(s.slow_m[0]));
+    const double off_rad = std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m);
+    for (int i = 0; i < 2; ++i) m.R[i] += square(off_rad) * z.head<2>().squaredNorm();
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
