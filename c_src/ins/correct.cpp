@@ -399,8 +399,10 @@ void Model::correct(State& s, const Event& event) const {
     correct_car(s, P, event);
     if (has_new(s, event, pressure)) correct_pressure(s, P, event);
     clear_window(s);
-    if (has_new(s, event, velocity)) correct_velocity(s, P, event);
-    if (has_new(s, event, velocity) && s.refused_in_row[velocity] == 0) begin_steps(s, P, newest_window, event.t_s);
+    if (has_new(s, event, velocity)) {
+        correct_velocity(s, P, event);
+        if (s.refused_in_row[velocity] == 0) begin_steps(s, P, newest_window, event.t_s);
+    }
     if (has_new(s, event, position)) correct_position(s, P, event);
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);

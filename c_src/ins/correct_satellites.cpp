@@ -49,8 +49,8 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
     // Near a pole an error of the place turns north and east, by its size over the distance to the pole.
-    const double own2 = free ? 0 : std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]),
-                 off_m = std::sqrt(own2 + square(s.slow_m[0]));
+    const double own2 = free ? 0 : std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]);
+    const double off_m = std::sqrt(own2 + square(s.slow_m[0]));
     const double off_rad = std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m);
     for (int i = 0; i < 2; ++i) m.R[i] += square(off_rad) * z.head<2>().squaredNorm();
     if (free) {

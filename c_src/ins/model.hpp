@@ -89,9 +89,9 @@ public:
     explicit Model(const Options& options) : options_(with_body(options)) {}
     const Options& options() const { return options_; }
     // Where each correction is recorded; null: it is not.
-    void record_steps(Step* step) { step_ = step; }
+    void record_corrections(Step* step) { step_ = step; }
     // The state does not step: nothing is looked for in innovations.
-    void expect_no_steps() { may_step_ = false; }
+    void expect_no_steps() { expects_steps_ = false; }
 
     // start.cpp
     void begin(State& s) const;
@@ -265,7 +265,7 @@ private:
 
     Options options_{};
     Step* step_ = nullptr;
-    bool may_step_ = true;
+    bool expects_steps_ = true; // of the state: steps.cpp
 };
 
 // Rate and force of the present interval: the held sample without bias and scale error, with coning and sculling.

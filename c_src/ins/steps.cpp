@@ -48,7 +48,7 @@ void Model::admit_steps(State& s, Covariance& P, double now_s) const {
                                          gyro_rad_s, accel_m_s2, accel_m_s2, accel_m_s2};
     if (std::isnan(s.steps_since_s[0]))
         for (int w = 0; w < step_windows; ++w) begin_steps(s, P, w, now_s);
-    if (!may_step_ || !has_judged(s)) return;
+    if (!expects_steps_ || !has_judged(s)) return;
     int likeliest = 0;
     double ratio = -HUGE_VAL;
     for (int w = 0; w < step_windows; ++w) {

@@ -142,7 +142,7 @@ TEST(InsCovariance, TheTransitionOfAnUnknownHeadingIsTheDerivativeOfTheFlow) {
     };
     ins::Step step;
     ins::Model recording(usual());
-    recording.record_steps(&step);
+    recording.record_corrections(&step);
     for (int k = 0; k < 2; ++k) {
         constexpr double by = 1e3; // linear
         ins::State moved = flown(k, by), base = flown(k, 0);
@@ -191,7 +191,7 @@ TEST(InsRecord, OfACorrectionIsWhatTheSmootherNeedsToUndoIt) {
     const Truth truth = winding(town, 1);
     ins::Model model(usual());
     ins::Step step;
-    model.record_steps(&step);
+    model.record_corrections(&step);
     ins::State s = started_at(model, truth, 0);
     for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i < ins::row_phi ? 1 : 1e-4;
     for (int k = 1; k <= 40; ++k) {

@@ -34,8 +34,7 @@ bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
         while (next_event(recording_, p, row, &event)) {
             prepare(way, event, s);
             step_over(way.model, s, event);
-            const bool sound = s.phase == Phase::navigating && s.times_lost == lost && !(s.inconsistent_s >= begin_s);
-            if (way.again && !sound) return false;
+            if (way.again && (s.phase != Phase::navigating || s.times_lost != lost || s.inconsistent_s >= begin_s)) return false;
             if (event.t_s >= way.until_s) return true;
         }
         if (!writes) continue;
@@ -52,7 +51,7 @@ bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t 
     Model model = way.model;
     const bool navigated = s.phase == Phase::navigating;
     const std::uint64_t corrections = s.corrections, lost = s.times_lost;
-    model.record_steps(&node.step);
+    model.record_corrections(&node.step);
     prepare(way, event, s);
     step_over(model, s, event);
     if (s.phase != Phase::navigating || (navigated && s.corrections == corrections)) return false;
