@@ -22,6 +22,17 @@ void Model::put_latency(Measurement& m, const Vector3& change) const {
     m.R[2] += options_.start_sigma_latency_s * options_.start_sigma_latency_s * change[2] * change[2];
 }
 
+// A receiver takes north and east at its own place. Without it they are those of the estimated place, whose error turns them by its size over
+// the distance to the pole.
+Model::North Model::north_of(const State& s, const Covariance& P, const Event& event) const {
+    const double* fix = event.value[position];
+    if (event.has(position) && !is_elsewhere(s, event)) return {earth::axes_at({fix[0], fix[1], fix[2]}), 0};
+    if (is_free(s)) return {mat(s.fix_axes), 0};
+    const earth::Place here = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
+    const double off_m = std::sqrt(std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]) + square(s.slow_m[0]));
+    return {earth::axes_at(here), std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m)};
+}
+
 void Model::correct_velocity(State& s, Covariance& P, const Event& event) const {
     const double* value = event.value[velocity];
     const bool free = is_free(s);
@@ -31,16 +42,10 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     }
     Measurement m{velocity};
     m.rows = std::isnan(value[2]) ? 2 : 3;
-    // North and east at the estimated place, because the position of the fix may be wrong.
-    const Matrix3 T = mat(s.axes);
-    const double* fix = event.value[position];
-    Matrix3 N = mat(s.fix_axes);
-    const earth::Place here = earth::place_of(vec(s.anchor_e) + T * vec(s.x));
-    if (!free) N = earth::axes_at(here);
-    else if (event.has(position)) N = earth::axes_at({fix[0], fix[1], fix[2]});
+    const North north = north_of(s, P, event);
     Vector3 z = vec(value);
     if (m.rows == 2) z[2] = 0;
-    z = T.transpose() * (N * z);
+    z = mat(s.axes).transpose() * (north.axes * z);
     const Matrix3 R = attitude(s);
     const Vector3 w = turn_rate(s), lever = R * w.cross(vec(options_.antenna_b_m));
     const Vector3 a = vec(s.in_t.recent_acceleration) + R * w.cross(w.cross(vec(options_.antenna_b_m)));
@@ -48,11 +53,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_phi, -cross_matrix(lever));
     m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
-    // Near a pole an error of the place turns north and east, by its size over the distance to the pole.
-    const double own2 = free ? 0 : std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]);
-    const double off_m = std::sqrt(own2 + square(s.slow_m[0]));
-    const double off_rad = std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m);
-    for (int i = 0; i < 2; ++i) m.R[i] += square(off_rad) * z.head<2>().squaredNorm();
+    for (int i = 0; i < 2; ++i) m.R[i] += square(north.sigma_rad) * z.head<2>().squaredNorm();
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);

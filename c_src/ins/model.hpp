@@ -248,6 +248,11 @@ private:
     void correct_pressure(State& s, Covariance& P, const Event& event) const;
     void correct_velocity(State& s, Covariance& P, const Event& event) const;
     void correct_position(State& s, Covariance& P, const Event& event) const;
+    struct North {
+        Matrix3 axes; // north, east and down in Earth-fixed axes
+        double sigma_rad; // about down
+    };
+    North north_of(const State& s, const Covariance& P, const Event& event) const;
     void put_latency(Measurement& m, const Vector3& change) const;
     void correct_heading(State& s, Covariance& P, const Event& event) const;
     void correct_field(State& s, Covariance& P, const Event& event) const;

@@ -293,23 +293,21 @@ struct Misses {
     double attitude, velocity, position, ahead; // displacement to the north; across the pole it decreases
 };
 
-// After two minutes with satellites whose error is the same everywhere, and 20 s without them.
+// After two minutes with satellites whose error is the same everywhere, and 20 s without them. A receiver has north and east of the place that
+// it measures.
 Misses after_a_flight(const earth::Place& start, double heading) {
     const Truth truth = winding(start, heading, 60);
     Flight run(usual());
-    drive(run, truth, 120, [](ins::Sample& sample) {
+    drive(run, truth, 120, [&](ins::Sample& sample) {
         if (sample.channel == imu) return;
-        if (sample.t_s > 100) sample.t_s = -1; // refused: late
-        const earth::Place at{sample.value[0], sample.value[1], sample.value[2]};
-        const Vector3 off(std::sin(7.1 * sample.t_s), std::sin(5.3 * sample.t_s), std::sin(3.7 * sample.t_s));
-        if (sample.channel == velocity) {
-            for (int i = 0; i < 3; ++i) sample.value[i] += 0.05 * off[i];
-        } else {
-            const earth::Place moved = earth::place_of(earth::position_of(at) + 0.5 * off);
-            sample.value[0] = moved.latitude_rad;
-            sample.value[1] = moved.longitude_rad;
-            sample.value[2] = moved.height_m;
-        }
+        const double t = sample.t_s;
+        if (t > 100) sample.t_s = -1; // refused: late
+        const Vector3 off(std::sin(7.1 * t), std::sin(5.3 * t), std::sin(3.7 * t));
+        const earth::Place true_place = earth::place_of(truth.position_e(t));
+        const earth::Place moved = earth::place_of(truth.position_e(t) + 2 * off);
+        const Vector3 v_e = earth::axes_at(true_place) * (Eigen::Map<const Vector3>(sample.value) + 0.05 * off);
+        if (sample.channel == velocity) Eigen::Map<Vector3>(sample.value) = earth::axes_at(moved).transpose() * v_e;
+        else Eigen::Map<Vector3>(sample.value) = Vector3(moved.latitude_rad, moved.longitude_rad, moved.height_m);
     });
     const ins::Navigation n = run.shown();
     EXPECT_TRUE(n.heading_ready);

@@ -339,11 +339,8 @@ class InsReference:
             H, noise = self.late(a)
             H[:, V] = np.eye(3)
             self.velocity_fit.restate(self.SIGMA_M_S**2)
-            here = earth.place_of(self.anchor_e + self.T @ self.d)
-            z = self.T.T @ earth.axes_at(here) @ velocity_n
-            off_m = np.sqrt(max(self.P[0, 0], self.P[1, 1]) + self.slow[0] ** 2)
-            turned2 = min(np.pi, off_m * abs(np.tan(here[0])) / earth.EQUATOR_M) ** 2 * (z[:2] @ z[:2])
-            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise + np.array([turned2, turned2, 0]), self.velocity_fit)
+            z = self.T.T @ earth.axes_at(place) @ velocity_n
+            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise, self.velocity_fit)
             tau = self.latency
             H, noise = self.late(self.v - tau * a)
             H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
