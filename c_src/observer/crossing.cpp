@@ -174,14 +174,15 @@ bool Model::move(const Run& run, const double* part, double* x, double by_s) con
 
 Model::Stop Model::go_step_by_step(Run& run, double* part, double length_s) const {
     const int numbers = nx();
-    double *x = work_->step_to, from_s = 0, to_s = 0, low_s = 0, high_s = 0;
+    double *x = work_->step_to, to_s = 0;
     std::copy_n(part, numbers, x);
     const FlowContext<Model> context{this, &run.s, {part, run.alone}};
     if (!run.propagator->begin(&context, length_s, x)) return Stop::failed;
     while (to_s < length_s) {
-        from_s = to_s;
+        const double from_s = to_s;
         std::copy_n(x, numbers, work_->step_from);
         if (!run.propagator->step(&to_s, x)) return go_after_failure(run, part, length_s);
+        double low_s = from_s, high_s = to_s;
         const Stop stop = look_between(run, part, from_s, to_s, &low_s, &high_s);
         if (stop == Stop::failed || stop == Stop::missed) return stop;
         if (stop == Stop::guard) {

@@ -19,6 +19,7 @@ struct Given {
     hnav_plant plant = hnav_sized<hnav_plant>();
     hnav_observer_options options = hnav_observer_defaults();
     Numbers start, start_sigma, noise, nominal, ready_sigma, time_constant, sensor_sigma, gate_nis;
+    Bytes logarithmic;
 
     hnav_observer_statistics known() const {
         auto k = hnav_sized<hnav_observer_statistics>();
@@ -31,6 +32,7 @@ struct Given {
         k.time_constant_s = data(time_constant);
         k.sensor_sigma = data(sensor_sigma);
         k.gate_nis = data(gate_nis);
+        k.logarithmic = logarithmic.empty() ? nullptr : logarithmic.data();
         return k;
     }
 

@@ -339,7 +339,7 @@ TEST(Observer, OwnDerivativesAndDifferencesAgree) {
 // ------------------------------------------------------------------------------------------------ what is not a state
 
 // A cup that cools at an unknown rate: x' = -p (x - 20).
-TEST(Observer, LearnsAParameter) {
+Given cup() {
     Given g;
     g.plant.n_states = g.plant.n_parameters = g.plant.n_outputs = 1;
     g.plant.derivatives = [](void*, double, const double* x, const double*, const double* p, double* dx) {
@@ -350,6 +350,11 @@ TEST(Observer, LearnsAParameter) {
     g.start = {80, 0.02};
     g.start_sigma = {5, 0.02};
     g.sensor_sigma = {0.5};
+    return g;
+}
+
+TEST(Observer, LearnsAParameter) {
+    const Given g = cup();
     double normalised = 0;
     for (unsigned seed = 0; seed < 20; ++seed) {
         Random random(seed);
@@ -367,6 +372,27 @@ TEST(Observer, LearnsAParameter) {
     }
     EXPECT_GT(normalised, 0.35);
     EXPECT_LT(normalised, 2.2);
+}
+
+TEST(Observer, OwnDerivativesByALogarithmAreThoseOfDifferences) {
+    Given offered = cup(), differences = cup();
+    for (Given* g : {&offered, &differences}) g->logarithmic = {1};
+    offered.plant.derivatives_jacobian = [](void*, double, const double* x, const double*, const double* p, double* J) {
+        J[0] = -p[0];
+        J[1] = 20 - x[0];
+        return 0;
+    };
+    Observer a(offered), b(differences);
+    EXPECT_TRUE(a.proof(HNAV_DERIVATIVES_BY_PARAMETERS).exact);
+    for (int k = 0; k <= 60; ++k) {
+        for (hnav_filter* o : {static_cast<hnav_filter*>(a), static_cast<hnav_filter*>(b)}) {
+            ASSERT_EQ(hnav_observer_push(o, 0, 2.0 * k, 20 + 60 * std::exp(-0.06 * k)), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(o, 2.0 * k), HNAV_OK);
+        }
+        EXPECT_NEAR(a.x()[1], b.x()[1], 1e-9);
+        EXPECT_NEAR(a.sigma()[1] / b.sigma()[1], 1, 1e-6);
+    }
+    EXPECT_NEAR(a.x()[1], 0.03, 1e-3);
 }
 
 // A cart under an unknown force: x'' = u + d; the force u is known up to its noise.
@@ -506,6 +532,54 @@ TEST(Observer, APlantWithoutAnAnswerCostsItsSampleAndNothingElse) {
             for (std::size_t i = 0; i < x.size(); ++i)
                 EXPECT_NEAR(x[i], expected[i], in_outputs ? 1e-6 : 3 * sigma[i]) << "kind " << kind << " of " << i;
         }
+}
+
+TEST(Observer, InputsOfASampleThatCannotBeUsedHoldNevertheless) {
+    bool fails = false;
+    Given g;
+    g.plant.n_states = g.plant.n_outputs = 1;
+    g.plant.n_inputs = 2;
+    g.plant.context = &fails;
+    g.plant.derivatives = [](void*, double, const double*, const double* u, const double*, double* dx) {
+        dx[0] = u[0] + u[1];
+        return 0;
+    };
+    g.plant.outputs = [](void* failing, double, const double* x, const double*, const double*, double* y) {
+        y[0] = x[0];
+        return *static_cast<bool*>(failing) ? -1 : 0;
+    };
+    g.start = {0};
+    g.start_sigma = {1e-3};
+    g.noise = {0};
+    g.sensor_sigma = {1};
+    Observer observer(g);
+    ASSERT_EQ(hnav_observer_push(observer, 0, 0, 0), HNAV_OK);
+    ASSERT_EQ(hnav_filter_advance(observer, 0), HNAV_OK);
+    fails = true;
+    for (const int input : {0, 1}) ASSERT_EQ(hnav_observer_push_input(observer, input, 0.5, 1 + input), HNAV_OK);
+    ASSERT_EQ(hnav_observer_push(observer, 0, 0.5, 0), HNAV_OK);
+    EXPECT_EQ(hnav_filter_advance(observer, 0.5), HNAV_ERROR_SOLVER);
+    fails = false;
+    ASSERT_EQ(hnav_filter_advance(observer, 1.5), HNAV_OK);
+    EXPECT_NEAR(observer.x()[0], 3, 0.01);
+}
+
+TEST(Observer, AllPointsOfALinearisationComeInOneCall) {
+    int most = 0;
+    Given g = linear();
+    g.plant.context = &most;
+    g.plant.derivatives_at_points = [](void* largest, int32_t count, double t_s, const double* x, const double* u,
+                                       const double* p, double* values) {
+        *static_cast<int*>(largest) = std::max(*static_cast<int*>(largest), count);
+        for (int k = 0; k < count; ++k) linear_derivatives(nullptr, t_s, x + 3 * k, u + k, p, values + 3 * k);
+        return 0;
+    };
+    Observer observer(g), single(linear());
+    for (hnav_filter* o : {static_cast<hnav_filter*>(observer), static_cast<hnav_filter*>(single)})
+        go_through(o, samples_of_linear(2));
+    EXPECT_EQ(most, 2 * 3 + 1); // its own and two for each number that is estimated
+    EXPECT_EQ(observer.x(), single.x());
+    EXPECT_EQ(observer.P(), single.P());
 }
 
 TEST(Observer, FindsDerivativesThatLie) {

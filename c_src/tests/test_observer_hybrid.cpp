@@ -153,6 +153,64 @@ TEST(ObserverHybrid, TheEventThatAStepWantsSurvivesSaveAndLoad) {
     }
 }
 
+TEST(ObserverHybrid, EveryNumberOfAStateHasAPlaceOfItsOwn) {
+    hnav::observer::PlantSizes sizes{2, 1, 1, 1, 2, 3, 1, true};
+    sizes.memory = 4;
+    hnav::Arena count;
+    const hnav::observer::Problem p(count, sizes);
+    for (const bool smooths : {false, true}) {
+        const hnav::observer::Layout at(p, smooths);
+        // Where each begins, in their order, and how many there are.
+        const std::vector<std::pair<int, int>> of_part = {
+            {0, p.moving},
+            {at.S, p.moving * p.N},
+            {at.Qd, at.triangle(p.N)},
+            {at.clock, 1},
+            {at.parameters, 1},
+            {at.P, at.triangle(p.N)},
+            {at.beyond, p.N},
+            {at.weight, 1},
+            {at.elapsed, 1},
+            {at.jumps, 1},
+            {at.next_event, 1},
+            {at.sides, 3},
+            {at.memory, 4},
+            {at.joint, at.joint_numbers},
+            {at.part_numbers, 0},
+        };
+        const std::vector<std::pair<int, int>> shared = {
+            {at.parts * at.part_numbers, 0},
+            {at.inputs, p.known},
+            {at.information, p.N},
+            {at.t, 1},
+            {at.usual, 1},
+            {at.begun, 1},
+            {at.broken, 1},
+            {at.ready, 1},
+            {at.violations, 1},
+            {at.events, 1},
+            {at.corrections, 1},
+            {at.likelihood, 1},
+            {at.parts_used, 1},
+            {at.stiff, 1},
+            {at.corrected, 1},
+            {at.wants_event, 1},
+            {at.held, 1},
+            {at.holds, 1},
+            {at.closed, 1},
+            {at.from, p.moving},
+            {at.course, p.moving},
+            {at.counts, at.all_counts},
+            {at.sensors, at.per_sensor * p.sensors},
+            {at.checks, at.check_numbers * p.sensors},
+            {at.numbers, 0},
+        };
+        for (const auto& places : {of_part, shared})
+            for (std::size_t i = 1; i < places.size(); ++i)
+                EXPECT_EQ(places[i].first, places[i - 1].first + places[i - 1].second) << i;
+    }
+}
+
 TEST(ObserverHybrid, AnIntegratorOutsideFindsTheSame) {
     const Given g = spring_with_everything();
     Observer inside(g), outside(g);

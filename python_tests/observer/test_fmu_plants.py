@@ -63,6 +63,16 @@ def test_an_fmu_and_its_equations_give_the_same_estimate(little_fmu):
     assert of_fmu.proof["derivatives_by_states"].exact
 
 
+def test_a_derivative_without_a_list_of_dependencies_depends_on_everything(little_binary, tmp_path):
+    silent = packed(tmp_path / "silent.fmu", little_binary)
+    one_list = packed(
+        tmp_path / "one_list.fmu", little_binary, derivatives='<Unknown index="3" dependencies="2"/><Unknown index="4"/>'
+    )
+    runs = [Observer(little_plan(fmu)).run(T_S, {"x": samples()}) for fmu in (silent, one_list)]
+    assert not Observer(little_plan(one_list)).lies()
+    np.testing.assert_allclose(runs[1].covariance, runs[0].covariance, atol=1e-12)
+
+
 def test_fmi_2_fmi_3_and_functions_agree(plants):
     y = 2 * np.cos(T_S) + np.random.default_rng(1).normal(0, 0.05, len(T_S))
     plant = hnav.Plant(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -84,6 +86,43 @@ def test_observers_of_one_fmu_share_nothing_that_is_static_in_its_library(lonely
         np.testing.assert_array_equal(run.covariance, alone.covariance)
         np.testing.assert_array_equal(run.x["v"], alone.x["v"])
     assert not list(folder.glob("binaries/linux64/hnav_*"))
+
+
+def test_a_copy_of_a_library_goes_to_the_temporary_folder_where_its_own_has_no_room(lonely, tmp_path, monkeypatch):
+    """A path that is as long as paths may be leaves none for the name of a copy."""
+    gc.collect()
+    plan = plan_of(lonely)
+    folder = observers._unpack(plan.plant, plan.text())
+    long = tmp_path
+    while (rest := 980 - len(str(long / folder.name))) > 1:
+        long /= "d" * min(200, rest - 1)
+    long.mkdir(parents=True)
+    folder = shutil.move(folder, long / folder.name)
+    monkeypatch.setattr(observers, "_unpack", lambda *_: folder)
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    h, _ = truth(30.0, 0.5)
+    first, second = Observer(plan), Observer(plan)
+    assert any("hnav_" in path and "temporary" in path for path in mapped())
+    runs = [observer.run(T_S, {"h": h}) for observer in (first, second)]
+    np.testing.assert_array_equal(runs[0].covariance, runs[1].covariance)
+    assert not list(temporary.iterdir())
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="only Linux says which files a process has mapped")
+def test_the_library_of_a_plant_is_unloaded_with_its_observer(lonely):
+    gc.collect()
+    observer = Observer(plan_of(lonely))
+    assert any("ball.so" in path for path in mapped())
+    del observer
+    gc.collect()
+    assert not any("ball.so" in path for path in mapped())
+
+
+def mapped() -> list[str]:
+    """The files that this process has mapped."""
+    return [line.split(maxsplit=5)[-1] for line in Path("/proc/self/maps").read_text().splitlines()]
 
 
 @pytest.mark.parametrize("attributes", [SERIALIZES, SAVES], ids=["serialises", "saves"])

@@ -24,10 +24,14 @@ PYTHON_LAWS = (
     "python_tests/filters/test_ins.py", "python_tests/filters/test_ins_error_filter.py", "python_tests/filters/test_ins_field.py",
     "python_tests/filters/test_ins_smoother.py", "python_tests/reference/test_hrekf.py", "python_tests/reference/test_ins_error.py",
     "python_tests/reference/test_ins_twin.py",
-    "python_tests/observer/test_bounds.py", "python_tests/observer/test_fmu_events.py", "python_tests/observer/test_fmu_plants.py",
-    "python_tests/observer/test_live_plants.py", "python_tests/observer/test_plants_without_answers.py",
-    "python_tests/observer/test_python_plants.py", "python_tests/observer/test_robust_law.py",
-    "python_tests/observer/test_sigma_points.py", "python_tests/observer/test_smoothing.py",
+    "python_tests/observer/test_bounds.py", "python_tests/observer/test_cosimulation_plants.py",
+    "python_tests/observer/test_fmu_events.py", "python_tests/observer/test_fmu_plants.py",
+    "python_tests/observer/test_large_plants.py", "python_tests/observer/test_live_plants.py",
+    "python_tests/observer/test_observability.py", "python_tests/observer/test_plant_events.py",
+    "python_tests/observer/test_plants_without_answers.py", "python_tests/observer/test_python_plants.py",
+    "python_tests/observer/test_robust_law.py", "python_tests/observer/test_sigma_points.py",
+    "python_tests/observer/test_smoothing.py", "python_tests/observer/test_stiff_plants.py",
+    "python_tests/test_frozen_answers.py",
 )  # fmt: skip
 # It compiles the attitude filters once more.
 LEFT_OUT = {"test_single_precision"}
