@@ -244,8 +244,14 @@ void Model::collapse(State& s, Covariance& P) const {
 }
 
 // The gyroscopes have lost the heading, by a long rest with an unknown bias or by a saturated axis. Tilt and biases are kept; heading,
-// velocity and displacement are estimated again from their priors.
+// velocity and displacement are estimated again from their priors. Where samples have contradicted the heading before it was lost, tilt and
+// biases are wrong with it, and everything starts again.
 void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
+    if (!is_free(s) && recovers(s)) {
+        s.refuted = Refuted::state;
+        return;
+    }
+    s.phase = Phase::any_heading;
     double tilt_and_biases[errors] = {};
     for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale, row_iron})
         for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];

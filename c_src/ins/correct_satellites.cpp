@@ -81,11 +81,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
         if (!lost) accept_jump(s, P, position, off_m, event.t_s);
         vec(s.gates.jump).setZero();
     }
-    if (lost) {
-        s.phase = Phase::any_heading;
-        restart_heading(s, P, event);
-        return;
-    }
+    if (lost) return restart_heading(s, P, event);
     const earth::Place place{value[0], value[1], value[2]};
     mat(s.fix_axes) = earth::axes_at(place);
     Measurement m{position};

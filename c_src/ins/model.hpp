@@ -221,6 +221,7 @@ private:
     static bool judges_velocity(const State& s, double now_s);
     void inflate_inconsistent(State& s, Covariance& P, double now_s) const;
     static void judge_velocity(State& s, const Event& event);
+    bool recovers(const State& s) const;
     static bool is_contradicted(const State& s, int channel, double now_s);
     void accept_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;

@@ -29,6 +29,11 @@ bool is_consistent(const State& s, double now_s) {
 
 } // namespace
 
+// Samples have contradicted the state, and the information that a ready heading needs has not been gathered since.
+bool Model::recovers(const State& s) const {
+    return !std::isinf(s.inconsistent_s) && !is_earned(s.information_heading, options_.ready_heading_rad);
+}
+
 void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     constexpr double fresh_s = 60;
     const bool alive = is_consistent(s, now_s);
@@ -130,8 +135,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     put_readiness(s, now_s, &n);
     put_protection(s, &n);
     // After an inconsistency there is no bound until the gathered information is sufficient for a ready heading again.
-    const bool earned = std::isinf(s.inconsistent_s) || is_earned(s.information_heading, options_.ready_heading_rad);
-    if (!earned || !is_consistent(s, now_s)) n.protection.heading_rad = M_PI;
+    if (recovers(s) || !is_consistent(s, now_s)) n.protection.heading_rad = M_PI;
     return n;
 }
 
