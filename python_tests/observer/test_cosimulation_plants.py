@@ -13,7 +13,7 @@ import hnav
 from command_line import hnav as command
 from hnav.filters.observer import Observer
 from hnav.fmi.fmus import Fmu
-from importers import run_pyfmi_script
+from importers import run_omsimulator, run_pyfmi_script
 from importing import assert_fits_the_standard
 from observer.little_fmu import compiled
 from observer.test_exported_fmus import state_calls
@@ -365,3 +365,17 @@ def test_on_the_command_line(steps, tmp_path):
     done = command("observe", steps, "--plan", plan, "--data", data, "--out", out)
     assert done.returncode == 0, done.stderr
     assert np.sqrt(np.mean((pd.read_csv(out, comment="#")["v"] - truth[:, 1]) ** 2)) < 0.1
+
+
+def test_an_exported_observer_in_omsimulator(exported, tmp_path):
+    """Its sample stays at its start; the plant goes on."""
+    _, path = exported
+    outputs = [f"{of}.{name}" for of in ("est", "post", "sigma") for name in "xv"]
+    row = run_omsimulator(path, tmp_path, 4.0, "--stopTime=5", "--stepSize=0.1", "--mode=cs")
+    with Fmu(path) as fmu:
+        fmu.initialise()
+        for k in range(40):
+            fmu.do_step(0.1 * k, 0.1)
+        expected = {name: fmu.get(name) for name in outputs}
+    assert {name: row[name] for name in outputs} == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert row["count.x.used"] == 40 and row["est.v"] != 0
