@@ -33,8 +33,9 @@ SAMPLE = {
 EPS = np.finfo(float).eps
 
 
-def parameters(name: str, size: float) -> dict[str, float]:
-    """size: of the standard deviations at the start of the attitude filters, whose covariance is no state."""
+def parameters(name: str, size: float) -> dict[str, float | str]:
+    """size: of the standard deviations at the start of the attitude filters, whose covariance is no state. The body is known, else its
+    tilt would have a larger one."""
     if name == "Pendulum":
         return {"start.angle_rad": 0.4}
     if name == "Turntable":
@@ -43,7 +44,7 @@ def parameters(name: str, size: float) -> dict[str, float]:
         return {"start.start": 1, "start.start_place": 1, "start.start_latitude_rad": 0.8, "start.start_longitude_rad": 0.2}
     common = {"frame.declination_rad": 0.1, "frame.navigation_frame": 1, "start.start_samples": 1}
     sigmas = {f"start.start_sigma_{what}": size for what in ("tilt_rad", "heading_rad", "bias_rad_s")}
-    return common | sigmas | ({"timing.output_latency_s": 0.02} if name == "Ahrs" else {})
+    return common | sigmas | ({"timing.output_latency_s": 0.02, "noise.body": "hand"} if name == "Ahrs" else {})
 
 
 def random_states(name: str, size: float, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

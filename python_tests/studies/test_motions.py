@@ -56,11 +56,11 @@ def test_the_set_needs_no_folder_and_reports_readiness(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("kind, seed, gain", [("car", 0, 0.9), ("aircraft", 2, 0.5), ("foot", 0, 0.6), ("ship", 0, 1.1)])
 def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain):
-    """Errors that are no larger than stated, and never ready and wrong; with the word the ship is as good and states larger sigmas."""
+    """Errors that are no larger than stated, and never ready and wrong; with the word the ship is as good."""
     without, own = run_trial(
         "MOTION", motion(kind, seed), RATE_HZ, [own_contender(f"ahrs:solver=closed_form{w}") for w in ("", ":body=own")]
     )
-    assert own.total_deg < gain * without.total_deg and own.tilt_z2 < without.tilt_z2
+    assert own.total_deg < gain * without.total_deg
     assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
 
 
@@ -81,7 +81,10 @@ def test_an_unknown_body_is_ready_no_sooner_than_a_hand_and_estimates_are_the_sa
     recording = motion(kind, seed)
     unknown, hand = (own_contender(f"ahrs:solver=closed_form{w}").estimate(recording, RATE_HZ) for w in ("", ":body=hand"))
     np.testing.assert_array_equal(unknown.q_nb, hand.q_nb)
-    np.testing.assert_array_equal(unknown.sigma_rad, hand.sigma_rad)
+    more = (unknown.sigma_rad - hand.sigma_rad)[
+        np.isfinite(hand.sigma_rad[:, 0])
+    ]  # it may be a vehicle until it has turned faster
+    assert more.min() >= -1e-15 and more[0, 0] > 0 and (kind != "arm" or not more[-1].any())
     assert not (unknown.ready & ~hand.ready).any()
     later = (hand.ready & ~unknown.ready).any(axis=0)
     assert later.tolist() == [kind != "arm"] * 2  # an arm turns faster than vehicles do
@@ -92,6 +95,13 @@ def test_an_unknown_vehicle_is_not_ready_while_it_is_wrong(kind, seed):
     """A start in motion, after which the tilt is wrong for minutes, and a rest that is followed by a straight take-off."""
     (row,) = run_trial("MOTION", motion(kind, seed), RATE_HZ, [own_contender("ahrs:solver=closed_form")])
     assert row.inclination_deg > 1 and row.tilt_ready > 0.05 and row.tilt_wrong == row.heading_wrong == 0
+
+
+@pytest.mark.parametrize("kind", ["ship", "aircraft"])
+def test_the_stated_tilt_of_an_unknown_vehicle_is_right(kind):
+    """As that of a hand it would be off by 3 and 11 times the stated square."""
+    rows = [run_trial("MOTION", motion(kind, seed), RATE_HZ, [own_contender("ahrs:solver=closed_form")])[0] for seed in range(6)]
+    assert 0.3 < np.mean([row.tilt_z2 for row in rows]) < 2
 
 
 @pytest.mark.parametrize("arguments, named", [

@@ -154,10 +154,12 @@ private:
                s.vehicle_tilt.square() < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
                (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2)));
     }
+    static R larger_tilt_variance(const State& s) {
+        return std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
+    }
     // added: variance in addition to that of P, rad^2
     bool tilt_converged(const State& s, R added) const {
-        const R tilt = std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
-        return angle_ready(tilt + added, s.information.tilt, R(options_.ready_tilt_rad));
+        return angle_ready(larger_tilt_variance(s) + added, s.information.tilt, R(options_.ready_tilt_rad));
     }
 
     static constexpr R suspected_hold = R(0.03); // prior probability that the option gyro_hold is wrong
@@ -173,8 +175,9 @@ private:
     }
     // Of the heading by a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
     static R tilted_field_variance(const State& s) {
-        if (!s.vehicle_tilt.is_possible() || s.used[heading] > 0) return 0;
-        return s.vehicle_tilt.square() * s.reference[1] * s.reference[1] / (s.reference[0] * s.reference[0]);
+        if (!s.vehicle_tilt.is_possible() || s.used[heading] > 0 || !s.has_reference) return 0;
+        const R tangent = s.reference[1] / s.reference[0];
+        return std::fmin(any_angle_variance<R>, s.vehicle_tilt.square() * tangent * tangent);
     }
 
     // Variance of the heading in addition to P: the reference may be false.

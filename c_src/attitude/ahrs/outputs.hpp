@@ -42,10 +42,12 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
     return C;
 }
 
-// Variances about the navigation axes in addition to P.
+// Variances about the navigation axes in addition to P. An unknown body is a vehicle as probably as not: variance of the mixture.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
-    return {s.tilt_excess.variance, s.tilt_excess.variance, reference_variance(s)};
+    constexpr R vehicle = R(0.5);
+    const R tilt = s.tilt_excess.variance + vehicle * std::fmax(R(0), s.vehicle_tilt.square() - larger_tilt_variance(s));
+    return {tilt, tilt, reference_variance(s) + vehicle * tilted_field_variance(s)};
 }
 
 template <class R>

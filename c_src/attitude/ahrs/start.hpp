@@ -129,8 +129,10 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
     if (!s.start.add(event, s.usable(event), turn_rate(s), start_, &found)) return;
     Eigen::Map<QuaternionR>(s.x) = found.q;
     const bool realigned = s.corrections > 0;
-    if (!realigned) start_covariance(s, start_sigmas(found.sigma_heading));
-    else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
+    if (!realigned) {
+        start_covariance(s, start_sigmas(found.sigma_heading));
+        if (start_.mode == StartMode::attitude) s.vehicle_tilt.tilt2 = std::fmin(s.vehicle_tilt.tilt2, sigma_.tilt * sigma_.tilt);
+    } else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
     if (!s.has_reference && s.start.has_field(start_)) {
         put_reference(s, learn_reference<R>(found.q, s.start.field()));
         s.has_reference = 1;

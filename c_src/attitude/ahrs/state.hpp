@@ -115,7 +115,7 @@ struct AhrsState {
     std::uint64_t corrections, gamma_raised, repaired;
     StillField<R> still_field;
     LastingMotion<R> lasting;
-    VehicleTilt<R> vehicle_tilt; // of an unknown body, for readiness only
+    VehicleTilt<R> vehicle_tilt; // of an unknown body: for readiness and stated variances
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     R rests; // 1: the last correction was at rest
     GivenSpeed<R> speed;

@@ -158,6 +158,8 @@ class AhrsReference:
             return
         self.R_bn, sigma_heading = found
         self.P = self.first_covariance(sigma_heading)
+        if self.o.start_mode == "attitude":
+            self.vehicle_tilt.P[0, 0] = min(self.vehicle_tilt.P[0, 0], self.o.start_sigma_tilt_rad**2)
         field = self.first.samples.means()[1]
         if not self.has_reference and field is not None:
             self.put_reference(field)
@@ -749,10 +751,13 @@ class AhrsReference:
         return quaternion_of(self.R_bn @ exp(self.turn_rate() * self.o.output_latency_s))
 
     def rotation_covariance(self) -> Array:
-        """3 x 3, about the navigation axes, now: with the added variance of the heading and of the rate's interval."""
+        """3 x 3, about the navigation axes, now: with the added variances of tilt and heading and of the rate's interval."""
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
-        covariance += np.diag([self.tilt_excess.variance, self.tilt_excess.variance, self.all_reference_variance()])
+        vehicle = 0.5  # probability that an unknown body is one
+        tilt = self.tilt_excess.variance + vehicle * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
+        heading = self.all_reference_variance() + vehicle * self.tilted_field_variance()
+        covariance += np.diag([tilt, tilt, heading])
         by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold) * self.gyro.usual_s
         return covariance + np.outer(by_hold, by_hold)
 
@@ -763,6 +768,12 @@ class AhrsReference:
         if false_part > 0 and self.has_reference and self.o.reference_mode != "given" and not self.aided:
             variance += (false_part / (self.strength * self.M[0])) ** 2
         return min(ANY_HEADING, variance)
+
+    def tilted_field_variance(self) -> float:
+        """rad^2, of the heading by a field whose horizontal part is found with the horizon of a vehicle."""
+        if not self.vehicle_tilt.P[0, 0] > 0 or self.aided or not self.has_reference:
+            return 0.0
+        return float(min(ANY_HEADING, self.vehicle_tilt.square() * (self.M[1] / self.M[0]) ** 2))
 
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
@@ -777,7 +788,6 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
-        if self.vehicle_tilt.P[0, 0] > 0 and not self.aided:
-            variance += self.vehicle_tilt.square() * (self.M[1] / self.M[0]) ** 2
+        variance += self.tilted_field_variance()
         earned = variance < limit2 and self.information[1] > 1 / limit2
         return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)
