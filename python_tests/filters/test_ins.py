@@ -500,6 +500,12 @@ def test_the_tilt_of_trains_that_depart_gently_is_as_good_as_it_says():
     assert np.mean([tilt("train", "industrial", seed).mean_z2 for seed in (4, 11, 16)]) < 1.5
 
 
+@pytest.mark.parametrize("seed", [1_000_024, 1_000_035])
+def test_tilt_and_biases_of_a_false_heading_are_not_kept(seed):
+    """The heading of these trains is found falsely; when samples have contradicted it and it is lost, tilt and biases are lost too."""
+    assert tilt("train", "consumer", seed).false_share == 0
+
+
 def test_faults_of_the_satellites_leave_nothing_behind():
     largest_m = {"jump": 5, "long_jump": 8, "drift": 15, "outage_30": 15}
     for found in outcomes("car", tuple(largest_m), 4, 21, 1):
