@@ -20,11 +20,10 @@ struct StepEvidence {
     double information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
     double excess; // of r' S^-1 r over that of an outlier, of rejected samples
 
-    // weight: share of the evidence that counts.
-    void add(const StepEvidence& more, double weight) {
-        for (int i = 0; i < count * count; ++i) information[i] += weight * more.information[i];
-        for (int i = 0; i < count; ++i) sum[i] += weight * more.sum[i];
-        excess += weight * more.excess;
+    void add(const StepEvidence& more) {
+        for (int i = 0; i < count * count; ++i) information[i] += more.information[i];
+        for (int i = 0; i < count; ++i) sum[i] += more.sum[i];
+        excess += more.excess;
     }
 };
 

@@ -245,7 +245,8 @@ void Model::collapse(State& s, Covariance& P) const {
 
 // The gyroscopes have lost the heading, by a long rest with an unknown bias or by a saturated axis. Tilt and biases are kept; heading,
 // velocity and displacement are estimated again from their priors. Where samples have contradicted the heading before it was lost, tilt and
-// biases are wrong with it, and everything starts again.
+// biases are wrong with it, and everything starts again: else the mean squared normalised error of the tilt of trains with consumer sensors
+// would be 117 after a minute instead of 1.6.
 void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     if (!is_free(s) && recovers(s)) {
         s.refuted = Refuted::state;

@@ -200,7 +200,7 @@ void Model::judge_velocity(State& s, const Event& event) {
     if (!(std::fabs(ratio) > sure)) return;
     c.verdict = ratio > 0 ? Contradiction::state_wrong : Contradiction::velocity_wrong;
     if (c.verdict == Contradiction::state_wrong)
-        for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w], 1);
+        for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
 }
 
 // Rejected velocities are not used against the state until consistent positions have decided that the state is wrong.

@@ -54,7 +54,7 @@ Found found_of(double step) {
             response = 1;
         }
         const double S = variance + 1, r = (i < 150 ? 0 : step) + normal(engine) - mean;
-        evidence.add({{response * response / S}, {response * r / S}}, 1);
+        evidence.add({{response * response / S}, {response * r / S}});
         const double gain = variance / S;
         mean += gain * r;
         response *= 1 - gain;
@@ -78,7 +78,7 @@ TEST(Steps, RejectedSamplesAreOutliersUnlessALikelyStepExplainsThem) {
     const double sigma = 1, gate = 16;
     const auto ratio = [&](double r, int count) {
         StepEvidence<1> evidence{};
-        for (int i = 0; i < count; ++i) evidence.add({{1}, {r}, r * r - gate}, 1);
+        for (int i = 0; i < count; ++i) evidence.add({{1}, {r}, r * r - gate});
         return Steps<1>(evidence, &sigma).twice_log_ratio();
     };
     EXPECT_LT(ratio(20, 1), 0); // 20 sigmas of the step are less likely than an outlier
