@@ -128,7 +128,8 @@ double Model::misfit(const State& s, double now_s) const {
     constexpr double fastest = 4, grows_s = 1, lasts_s = 2;
     // Limits on Consistency::bias that begin and end an inconsistency. Over the long window model errors, such as a tilt that is
     // correlated with an unknown accelerometer bias, have a mean too; that window is weighted by long_part.
-    constexpr double begins = 20, ends = 3, long_part = 0.25;
+    // Without a claimed heading the linearisation is coarse, and the limit larger by that factor: chosen.
+    constexpr double begins = 20, ends = 3, long_part = 0.25, coarse = 2;
     const bool by_velocity = judges_velocity(s, now_s);
     const bool inconsistent = is_within(now_s - s.inconsistent_s, lasts_s);
     const bool claimed = has_passed(now_s - s.heading_since_s, options_.ready_hold_s);

@@ -73,10 +73,9 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     const Vector3 measured = R * (s.field_unit * vec(event.value[field]));
     const Vector3 iron = R * vec(s.iron), left = s.strength * measured - iron;
     // North and east at the present place.
-    const Matrix3 T = mat(s.axes);
-    const Matrix3 N = is_free(s) ? Matrix3(mat(s.fix_axes)) : earth::axes_at(earth::place_of(vec(s.anchor_e) + T * vec(s.x)));
+    const Matrix3 N = is_free(s) ? Matrix3(mat(s.fix_axes)) : earth::axes_at(place_of(s));
     const double points = options_.declination_rad + s.direction;
-    const Vector3 north = T.transpose() * (N * Vector3(std::cos(points), std::sin(points), 0));
+    const Vector3 north = mat(s.axes).transpose() * (N * Vector3(std::cos(points), std::sin(points), 0));
     const double B[2][2] = {{north[0], north[1]}, {north[1], -north[0]}};
     const double expected[2] = {B[0][0] * s.u[0] + B[0][1] * s.u[1], B[1][0] * s.u[0] + B[1][1] * s.u[1]};
     const double across[2] = {-expected[1], expected[0]}; // derivative by a rotation about the vertical

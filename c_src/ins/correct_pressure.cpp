@@ -6,7 +6,7 @@ namespace hnav::ins {
 void Model::correct_pressure(State& s, Covariance& P, const Event& event) const {
     const double* z = event.value[pressure];
     const double height = earth::pressure_height_m(z[0]);
-    const earth::Place place = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
+    const earth::Place place = place_of(s);
     const Vector3 up = -vec(s.gravity).normalized();
     // At the first sample the offset is known to the range of weather only. If the height is known no better than that, the sample
     // contains no information.

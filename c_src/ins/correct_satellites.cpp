@@ -28,7 +28,7 @@ Model::North Model::north_of(const State& s, const Covariance& P, const Event& e
     const double* fix = event.value[position];
     if (event.has(position) && !is_elsewhere(s, event)) return {earth::axes_at({fix[0], fix[1], fix[2]}), 0};
     if (is_free(s)) return {mat(s.fix_axes), 0};
-    const earth::Place here = earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x));
+    const earth::Place here = place_of(s);
     const double off_m = std::sqrt(std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]) + square(s.slow_m[0]));
     return {earth::axes_at(here), std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m)};
 }

@@ -298,9 +298,8 @@ inline bool is_absolute(const Measurement& m) {
     return m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
-// Factor on variances and limits of monitors before the heading is found, because the linearisation is coarse. Chosen: with a smaller
-// value the monitor of steps delays the starts of ships.
-constexpr double coarse = 2;
+// The estimated one.
+inline earth::Place place_of(const State& s) { return earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x)); }
 // Whether the last correction used a fix: monitors of fixes act once for each of them, at the event after it.
 inline bool has_judged(const State& s) {
     return std::fmax(s.fit(velocity).last_s, s.fit(position).last_s) >= s.last_correction_s;
