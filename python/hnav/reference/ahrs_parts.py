@@ -309,7 +309,8 @@ class TiltExcess:
 
 
 class VehicleTilt:
-    """The tilt if the body were a vehicle, for readiness and stated variances: covariance of one axis, and its horizon relative to that of the filter."""
+    """The tilt if the body were a vehicle, for readiness and stated variances: covariance of one axis, and its horizon relative to that
+    of the filter."""
 
     def __init__(self, vehicle: bool) -> None:
         self.P = np.array([[0.065, 0.0], [0.0, 400.0]]) * vehicle  # of tilt and velocity; 0: no vehicle, it turned faster
