@@ -238,15 +238,16 @@ public:
                 return Outcome::ok;
             }
         }
+        bool usable = sound(state);
         int used = 0;
         while (used < waiting() && queue_.event(1 + used).t_s <= through(t_s)) {
             const Event& event = queue_.event(1 + used);
             // The integrator did not have this event's inputs of the interval before it: they are applied now.
             if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
             model_.jump(state, event);
+            usable = usable && sound(state); // a later event may hide it by a new start
             ++used;
         }
-        const bool usable = sound(state);
         if (usable && used > 0) queue_.event(0).t_s = queue_.event(used).t_s;
         for (; used > 0; --used) queue_.remove(1);
         if (!usable) return Outcome::diverged;

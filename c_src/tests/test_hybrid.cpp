@@ -574,6 +574,31 @@ TYPED_TEST(HybridFilter, AnIntegratorOutsideReachesTheSameEstimate) {
     for (std::size_t i = 0; i < nx; ++i) EXPECT_NEAR(x[i], inside.newest_x(static_cast<int>(i)), 1e-6);
 }
 
+// Starts again from what it cannot use.
+struct Forgetful : Pendulum {
+    void jump(State& s, const Event& event) const {
+        if (std::fabs(s.x[0]) > 1e100) begin(s);
+        Pendulum::jump(s, event);
+    }
+};
+
+TEST(HybridFilterJump, ANewStartDoesNotHideAnEventWithoutAFiniteState) {
+    Filter<Forgetful> filter;
+    Filter<Forgetful>::Settings settings;
+    settings.queue_capacity = 8;
+    ASSERT_TRUE(filter.create({}, settings));
+    const double before = filter.newest().jumps;
+    ASSERT_EQ(filter.push({0.1, 1, {1e300}}), Outcome::ok);
+    ASSERT_EQ(filter.push({0.2, 1, {0.4}}), Outcome::ok);
+    double x[Pendulum::nx];
+    std::copy_n(filter.newest().x, Pendulum::nx, x);
+    EXPECT_EQ(filter.jump(0.2, x, x), Outcome::diverged);
+    EXPECT_EQ(filter.newest().jumps, before);
+    EXPECT_EQ(filter.waiting(), 0);
+    ASSERT_EQ(filter.push({0.3, 1, {0.4}}), Outcome::ok);
+    EXPECT_EQ(filter.jump(0.3, x, x), Outcome::ok);
+}
+
 #ifdef HNAV_HEAP_IS_COUNTED
 TYPED_TEST(HybridFilter, AsksTheHeapForNothingAfterItWasMade) {
     const auto samples = readings(1, this->links());
