@@ -54,7 +54,8 @@ def cross(v: np.ndarray) -> np.ndarray:
 
 def turned(v: np.ndarray) -> np.ndarray:
     """... x 3 x 3 of rotation vectors."""
-    return Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix().reshape(*v.shape, 3)
+    matrices: np.ndarray = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix().reshape(*v.shape, 3)
+    return matrices
 
 
 def swap(M: np.ndarray) -> np.ndarray:

@@ -118,7 +118,7 @@ class Ins(FilterObject):
 
             warn_of_meaningless(t, rate, force)
             if len(t) and len(valid) and not ((received <= t[-1]) & (valid >= t[0] - self.options.horizon_s)).any():
-                shown = f"no aid is of the time of the recording: t_s {t[0]:g} to {t[-1]:g} s, aids {valid.min():g} to {valid.max():g} s"
+                shown = f"no aid is of the time of the recording: t_s {t[0]:g} to {t[-1]:g} s, aids {np.min(valid):g} to {np.max(valid):g} s"
                 warnings.warn(f"{shown}; give both one clock", PlausibilityWarning, stacklevel=2)
         return run
 

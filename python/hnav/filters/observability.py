@@ -199,7 +199,7 @@ def _turn_s(t_s: Array, begin_s: float, turned_rad: Array, at_s: float) -> float
     before = t_s <= at_s + FIRST_S
     lengths = np.diff(t_s, prepend=begin_s)[before]
     rates = turned_rad[before] / lengths
-    turning = rates > 0.5 * rates.max(initial=0.0)
+    turning = rates > 0.5 * np.max(rates, initial=0.0)
     if turned_rad[before].sum() < TURN_RAD or lengths[turning].sum() > TURN_SHARE * (at_s - begin_s):
         return np.nan
     return float(t_s[before][np.argmax(rates)])

@@ -180,7 +180,7 @@ def _turn(t_s: Array, rate: Array, begin_s: float, end_s: float) -> tuple[Array,
     first, last = np.searchsorted(t_s, [begin_s, end_s])
     rows = slice(max(0, first - 1), last + 1)  # one sample of the rest on either side
     steps = np.diff(t_s[rows])
-    if end_s - begin_s > LONGEST_TURN_S or not len(steps) or steps.max() > LONGEST_GAP_S:
+    if end_s - begin_s > LONGEST_TURN_S or not len(steps) or np.max(steps) > LONGEST_GAP_S:
         return None
     return steps, 0.5 * (rate[rows][1:] + rate[rows][:-1])
 

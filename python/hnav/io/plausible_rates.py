@@ -54,7 +54,7 @@ class Evidence:
 def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
     """Decides for samples whose rates were read as rad/s."""
     gyro_s, rate = live["gyro"][0] * time_factor, live["gyro"][1]
-    shaken = "accel" in live and float(live["accel"][1].std(axis=0).max()) > SHAKEN_M_S2
+    shaken = "accel" in live and float(np.max(live["accel"][1].std(axis=0))) > SHAKEN_M_S2
     if shaken and float(np.quantile(np.abs(rate).max(axis=1), 0.99)) < SLOW:
         return Evidence("rad/s", "the body is shaken, and in deg/s would never turn")
     for sensor, windows_s in WINDOWS_S.items():
@@ -142,11 +142,11 @@ def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
             count = len(vector) // ENOUGH
             means = vector[: count * ENOUGH].reshape(ENOUGH, count, 3).mean(axis=1)
             lengths = np.linalg.norm(means, axis=1, keepdims=True)
-            if float(lengths.min()) < STAYED * float(np.median(np.linalg.norm(vector, axis=1))):
+            if float(np.min(lengths)) < STAYED * float(np.median(np.linalg.norm(vector, axis=1))):
                 continue
             unit = means / lengths
             across = float(np.median(np.linalg.norm(np.cross(unit, mean), axis=1)))
-            seen = float(np.linalg.norm(np.diff(unit, axis=0), axis=1).max()) * ENOUGH / float(t_s[-1] - t_s[0])
+            seen = float(np.max(np.linalg.norm(np.diff(unit, axis=0), axis=1))) * ENOUGH / float(t_s[-1] - t_s[0])
             if across > LARGEST_BIAS and seen < 0.2 * across:
                 return Evidence("deg/s", f"a mean of {across:.2g} would turn the body on and on in rad/s, and it did not turn")
     return None

@@ -45,7 +45,7 @@ def _waves(rng: np.random.Generator, t: Array, sizes: tuple[float, ...], hz: tup
 
 def _place(place: Array, angles: Array, held: Rotation | None = None) -> Motion:
     """The motion of a body whose place and roll, pitch, yaw are given."""
-    attitude = Rotation.from_euler("ZYX", angles[:, ::-1])
+    attitude: Rotation = Rotation.from_euler("ZYX", angles[:, ::-1])
     return np.gradient(place, 1 / RATE_HZ, axis=0), attitude if held is None else attitude * held
 
 
@@ -169,7 +169,7 @@ def _measured_speed(rng: np.random.Generator, t: Array, ahead_m_s: Array) -> Aid
 
 def _from_rest(t: Array, velocity: Array, attitude: Rotation) -> Motion:
     """The same motion after a rest: for some seconds the body stands where it begins, then time goes ever faster to its pace."""
-    within_s = max(4.0, np.linalg.norm(velocity, axis=1).max() / GAINS_M_S2)
+    within_s = max(4.0, np.max(np.linalg.norm(velocity, axis=1)) / GAINS_M_S2)
     pace = smooth(np.clip((t - REST_S) / within_s, 0, 1), RATE_HZ)
     at = np.cumsum(pace) / RATE_HZ
     moved = np.stack([np.interp(at, t, axis) for axis in velocity.T], 1) * pace[:, None]

@@ -69,7 +69,7 @@ def sensed(car: Car, samples: Samples, truth: Truth, rng: np.random.Generator) -
     speed = (1 + SCALE * rng.standard_normal()) * speed + SIGMA_M_S * rng.standard_normal(len(t))
     if car.step_m_s > 0:
         speed = car.step_m_s * np.round(speed / car.step_m_s)
-    askew = Rotation.from_euler("ZYX", car.askew_rad * rng.standard_normal(3)).inv()
+    askew: Rotation = Rotation.from_euler("ZYX", car.askew_rad * rng.standard_normal(3)).inv()
     return speed, askew.apply(samples.rate_b_rad_s), askew.apply(samples.force_b_m_s2)
 
 
