@@ -239,15 +239,7 @@ public:
             }
         }
         bool usable = sound(state);
-        int used = 0;
-        while (used < waiting() && queue_.event(1 + used).t_s <= through(t_s)) {
-            const Event& event = queue_.event(1 + used);
-            // The integrator did not have this event's inputs of the interval before it: they are applied now.
-            if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
-            model_.jump(state, event);
-            usable = usable && sound(state); // a later event may hide it by a new start
-            ++used;
-        }
+        int used = apply_waiting(state, t_s, &usable);
         if (usable && used > 0) queue_.event(0).t_s = queue_.event(used).t_s;
         for (; used > 0; --used) queue_.remove(1);
         if (!usable) return Outcome::diverged;
@@ -554,6 +546,21 @@ private:
         if (Context{&model_, &state}.flow(x_of(state), spare_x_) != 0) return false;
         for (int i = 0; i < nx(); ++i) x_of(state)[i] += interval_s * spare_x_[i];
         return true;
+    }
+
+    // Applies the waiting events up to t_s and returns their number. usable: false after an event without a valid state, which a later
+    // event may hide by a new start.
+    int apply_waiting(State& state, double t_s, bool* usable) const {
+        int used = 0;
+        while (used < waiting() && queue_.event(1 + used).t_s <= through(t_s)) {
+            const Event& event = queue_.event(1 + used);
+            // The integrator did not have this event's inputs of the interval before it: they are applied now.
+            if constexpr (Model::reholds) model_.rehold(state, event, event.t_s - queue_.event(used).t_s);
+            model_.jump(state, event);
+            *usable = *usable && sound(state);
+            ++used;
+        }
+        return used;
     }
 
     // The end of the instant of t_s: all samples with stamps up to it are included.
