@@ -14,11 +14,11 @@
 
 namespace hnav {
 
-// Part of a filter's state: doubles only.
-template <int count>
+// Part of a filter's state: numbers of one kind only.
+template <int count, class R = double>
 struct StepEvidence {
-    double information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
-    double excess; // of r' S^-1 r over that of an outlier, of rejected samples
+    R information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
+    R excess; // of r' S^-1 r over that of an outlier, of rejected samples
 
     void add(const StepEvidence& more) {
         for (int i = 0; i < count * count; ++i) information[i] += more.information[i];
@@ -27,32 +27,32 @@ struct StepEvidence {
     }
 };
 
-template <int count>
+template <int count, class R = double>
 class Steps {
 public:
-    using Vector = Eigen::Matrix<double, count, 1>;
+    using Vector = Eigen::Matrix<R, count, 1>;
 
     // sigmas: of the prior of each part.
-    Steps(const StepEvidence<count>& of, const double* sigmas) : sum_(of.sum), excess_(of.excess) {
-        Square<count> posterior = Eigen::Map<const Square<count>>(of.information);
+    Steps(const StepEvidence<count, R>& of, const R* sigmas) : sum_(of.sum), excess_(of.excess) {
+        Square<count, R> posterior = Eigen::Map<const Square<count, R>>(of.information);
         for (int i = 0; i < count; ++i) {
             posterior(i, i) += 1 / square(sigmas[i]);
             priors_ *= square(sigmas[i]);
         }
-        factor_ = Cholesky<count>(posterior);
+        factor_ = Cholesky<count, R>(posterior);
     }
     // Twice the logarithm of the ratio of the likelihoods with steps, and with none but outliers instead.
-    double twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_) - excess_; }
+    R twice_log_ratio() const { return factor_.quadratic_form(sum_) - std::log(factor_.determinant() * priors_) - excess_; }
     Vector mean() const { return factor_.template solve<1>(sum_); }
-    Square<count> covariance() const {
-        return factor_.template solve<count>(typename Cholesky<count>::template Rows<count>(Square<count>::Identity()));
+    Square<count, R> covariance() const {
+        return factor_.template solve<count>(typename Cholesky<count, R>::template Rows<count>(Square<count, R>::Identity()));
     }
 
 private:
     Vector sum_;
-    double excess_;
-    Cholesky<count> factor_;
-    double priors_ = 1; // product of their variances
+    R excess_;
+    Cholesky<count, R> factor_;
+    R priors_ = 1; // product of their variances
 };
 
 } // namespace hnav

@@ -1,6 +1,7 @@
 """The AHRS in C beside its twin in NumPy: attitude, sigma, biases, and every verdict."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -202,3 +203,13 @@ def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed)
 def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed):
     """Readiness of the tilt waits until the velocities of a vehicle allow it, for a rest, or for a turn that no vehicle makes."""
     assert_equal(islice(rows_of(motion(kind, seed)), 3000))
+
+
+@pytest.mark.parametrize(("kind", "body"), [("arm", "any"), ("quadrotor", "quadrotor")])
+def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps(kind, body):
+    """It steps by 1 deg/s after 20 s; both find it within 20 s, to a tenth of it."""
+    recording, step = motion(kind, 0), np.radians([0.6, -0.6, 0.5])
+    rates = recording.rate_b_rad_s + np.where(recording.t_s[:, None] - recording.t_s[0] >= 20, step, 0)
+    twin, _ = assert_equal(islice(rows_of(replace(recording, rate_b_rad_s=rates)), 4000), body=body)
+    before, _ = assert_equal(islice(rows_of(recording), 2000), body=body)
+    assert np.linalg.norm(twin.bias - before.bias - step) < 0.1 * np.linalg.norm(step)

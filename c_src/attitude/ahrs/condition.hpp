@@ -21,11 +21,11 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
 
 // Corrects the errors from row `first` on by m rows H, with PHt = P H' and S = H P H' + noise. Rows before `first` are consider states
 // (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
-// rounding has made S indefinite, as by values of very different magnitudes.
+// rounding has made S indefinite, as by values of very different magnitudes. is_evidence: for or against a step of the gyro bias.
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                               const Eigen::Matrix<R, m, 1>& innovation) {
+                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, bool is_evidence) {
     static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
@@ -35,6 +35,14 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
+    if (is_evidence)
+        for (int j = 0; j < 3; ++j) {
+            const Eigen::Matrix<R, m, 1> weighted = factor.template solve<1>(stepped.col(j));
+            for (int i = 0; i < 3; ++i) c.steps.information[3 * j + i] += stepped.col(i).dot(weighted);
+            c.steps.sum[j] += weighted.dot(innovation);
+        }
+    for (int j = 0; j < 3; ++j)
+        for (int k = 0; k < m; ++k) c.response.col(j).template tail<rest>() -= stepped(k, j) * Kt.row(k).transpose();
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }
 

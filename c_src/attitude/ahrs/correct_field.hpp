@@ -76,7 +76,11 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         Matrix3R S = HPHt;
         S.diagonal() += inflation * noise;
         const R before = c.heading_variance();
-        condition<3, considered>(c, PHt, S, innovation);
+        Response<3> stepped;
+        for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
+        // A field that may be false turns with what disturbs it.
+        const bool is_evidence = verdict == FieldVerdict::accept && !foreign && s.heading_confirmed != 0;
+        condition<3, considered>(c, PHt, S, innovation, stepped, is_evidence);
         if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
@@ -122,7 +126,8 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     using Row1 = Eigen::Matrix<R, 1, 1>;
     const Vector PHt = c.column(declination);
     const R noise = sigma * sigma * now * before / (before - now);
-    condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]));
+    condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]),
+                             c.response.row(declination), false);
 }
 
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.

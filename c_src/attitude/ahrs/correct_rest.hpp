@@ -56,6 +56,7 @@ void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& co
     columns<2>(c.P, velocity).setZero();
     block<2, 2>(c.P, velocity, velocity) = covariance;
     segment<2>(c.error, velocity).setZero();
+    rows<2>(c.response, velocity).setZero();
 }
 
 template <class R>
@@ -66,7 +67,7 @@ void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
     const Vector3R innovation = Vector3R(s.rest.mean_rate) - Vector3R(s.bias) - segment<3>(c.error, bias);
     s.lasting.settle(Vector3R(s.rest.mean_force).norm(), s.x[13]);
     S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander_density2()) / s.x[13];
-    condition<3, 0>(c, PHt, S, innovation);
+    condition<3, 0>(c, PHt, S, innovation, rows<3>(c.response, bias));
 }
 
 } // namespace hnav

@@ -21,12 +21,12 @@ InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s,
     return i;
 }
 
-// PHt: columns of the velocity. T: since the last measurement of its kind, s.
+// PHt: columns of the velocity. T: since the last measurement of its kind, s. is_evidence: for or against a step of the gyro bias.
 template <class R>
 void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                           const Vector2R& innovation, R T) {
+                                           const Vector2R& innovation, R T, bool is_evidence) {
     const Vector3R before = c.rotation_variances();
-    condition<2, 0>(c, PHt, S, innovation);
+    condition<2, 0>(c, PHt, S, innovation, rows<2>(c.response, velocity), is_evidence);
     const Vector3R after = c.rotation_variances();
     s.information.gain_tilt(before, after);
     s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2, T);
@@ -40,7 +40,9 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
     S.diagonal().array() += (s.motion.density2(density_.velocity_density2, rests) + lasting2) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
     record_velocity(s.innovation[accel], t_s, innovation, S);
-    condition_on_velocity(s, c, PHt, S, innovation, s.force_s);
+    // The accelerations of a vehicle last, as a drift does.
+    const bool may_be_vehicle = s.vehicle_tilt.is_possible() || is_given_to_travel();
+    condition_on_velocity(s, c, PHt, S, innovation, s.force_s, !may_be_vehicle);
     judge_hold(s, c.P(force_latency, force_latency));
 }
 

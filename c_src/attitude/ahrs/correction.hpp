@@ -1,6 +1,7 @@
 // A correction: propagates the covariance, estimates the error from each sensor, and removes it from the state.
 #pragma once
 
+#include "attitude/ahrs/admit_steps.hpp"
 #include "attitude/ahrs/condition.hpp"
 #include "attitude/ahrs/correct_field.hpp"
 #include "attitude/ahrs/correct_rest.hpp"
@@ -12,6 +13,7 @@ template <class R>
 void AhrsModelOf<R>::correct(State& s, const Event& event) const {
     Correction c(s);
     s.gap_rotation += gap_variance(s, event);
+    carry_response(s);
     propagate(c.P, s);
     forget_declination(s, c.P);
     inflate_tilt(s, c.P);
@@ -29,6 +31,7 @@ void AhrsModelOf<R>::correct(State& s, const Event& event) const {
         correct_by_aids(s, c, event, std::make_integer_sequence<int, channel_count - heading>());
     }
 
+    admit_steps(s, c);
     if (!s.lost && s.vehicle_tilt.is_possible()) note_vehicle(s, c, rests);
     s.rests = rests;
     if (s.speed.is_fresh()) turn_velocity(s, segment<3>(c.error, rotation));
@@ -82,6 +85,7 @@ void AhrsModelOf<R>::travel(State& s, Correction& c) const {
     for (int i = 0; i < 2; ++i) {
         c.P.row(velocity + i) += across[i] * drift.transpose();
         c.P.col(velocity + i) += across[i] * drift;
+        c.response.row(velocity + i) += across[i] * G.row(2) * rows<3>(c.response, bias);
     }
     block<2, 2>(c.P, velocity, velocity) += variance * across * across.transpose();
     c.P.row(rotation + 2).template segment<2>(velocity) -= noise * across.transpose();

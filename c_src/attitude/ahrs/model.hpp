@@ -124,8 +124,10 @@ private:
         Covariance P; // after the first correction only its upper triangle is valid
         Vector error = Vector::Zero(); // estimated error, applied to the state after all corrections
         bool sound = true; // no correction has found an indefinite covariance
+        Eigen::Map<Eigen::Matrix<R, errors, 3>> response; // to steps of the gyro bias
+        StepEvidence<3, R>& steps;
 
-        explicit Correction(const State& s) : P(unpack_columns<errors>(s.P)) {}
+        explicit Correction(State& s) : P(unpack_columns<errors>(s.P)), response(s.steps.response), steps(s.steps.evidence) {}
 
         Vector column(int j) const {
             Vector c = P.col(j);
@@ -204,7 +206,7 @@ private:
     void begin_motion(State& s) const;
     bool level_again(State& s, Correction& c) const;
     static void turn_up(State& s, const Vector3R& up);
-    void forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const;
+    void forget_rotation(State& s, Covariance& P, R tilt_variance, R heading_variance) const;
     static void widen_after_clock_jump(State& s);
     void pass_gap(State& s, double t_s) const;
     bool is_gap_too_long(const State& s, const Event& event) const;
@@ -247,10 +249,17 @@ private:
     void inflate_tilt(State& s, Covariance& P) const;
     void note_motion(State& s, Correction& c) const;
 
+    // admit_steps.hpp
+    static void begin_steps(State& s) { s.steps.begin(bias); }
+    void carry_response(State& s) const;
+    void admit_steps(State& s, Correction& c) const;
+
     // condition.hpp
+    template <int m>
+    using Response = Eigen::Matrix<R, m, 3>; // of the rows of a sensor to steps: H times the response of the error
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                          const Eigen::Matrix<R, m, 1>& innovation);
+                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, bool is_evidence = true);
     template <int m, int first, int... after_first>
     static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
                          std::integer_sequence<int, after_first...>);
@@ -263,7 +272,7 @@ private:
     // correct_velocity.hpp
     static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                      const Vector2R& innovation, R T);
+                                      const Vector2R& innovation, R T, bool is_evidence);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }

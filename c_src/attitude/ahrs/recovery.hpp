@@ -49,7 +49,7 @@ template <class R>
 void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
     constexpr R any_tilt_rad = 1;
     const R heading_variance = std::fmin(any_angle_variance<R>, c.heading_variance() + heading_sigma * heading_sigma);
-    forget_rotation(c.P, any_tilt_rad * any_tilt_rad, heading_variance);
+    forget_rotation(s, c.P, any_tilt_rad * any_tilt_rad, heading_variance);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
@@ -80,7 +80,7 @@ bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2)) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
-    forget_rotation(c.P, found_rad * found_rad, c.heading_variance() + heading_rad * heading_rad);
+    forget_rotation(s, c.P, found_rad * found_rad, c.heading_variance() + heading_rad * heading_rad);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
     begin_motion(s);
@@ -106,7 +106,8 @@ void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
 
 // Attitude and velocity get the prior of a start, uncorrelated with the sensor errors.
 template <class R>
-void AhrsModelOf<R>::forget_rotation(Covariance& P, R tilt_variance, R heading_variance) const {
+void AhrsModelOf<R>::forget_rotation(State& s, Covariance& P, R tilt_variance, R heading_variance) const {
+    begin_steps(s);
     rows<2>(P, velocity).setZero();
     columns<2>(P, velocity).setZero();
     rows<3>(P, rotation).setZero();
@@ -163,7 +164,7 @@ void AhrsModelOf<R>::find_attitude(State& s, Correction& c) const {
     s.level_s = 0;
     if (violent || !(std::fabs(up.norm() - g) < R(0.4) * g)) return;
     if (std::atan2(up.cross(Vector3R(0, 0, -1)).norm(), -up[2]) > far_rad) turn_up(s, up);
-    forget_rotation(c.P, found_rad * found_rad, c.heading_variance());
+    forget_rotation(s, c.P, found_rad * found_rad, c.heading_variance());
     s.lost = 0;
 }
 

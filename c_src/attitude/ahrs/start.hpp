@@ -103,6 +103,7 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
     sigma[force_latency] = start.force_latency;
     sigma[declination] = start.declination;
     pack_columns<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+    begin_steps(s);
     ++s.seldom_changes;
 }
 

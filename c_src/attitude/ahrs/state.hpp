@@ -1,6 +1,7 @@
 // Settings of the AHRS, derived from its options, and its state.
 #pragma once
 
+#include "attitude/ahrs/bias_steps.hpp"
 #include "attitude/ahrs/body.hpp"
 #include "attitude/ahrs/field_noise.hpp"
 #include "attitude/ahrs/given_field.hpp"
@@ -116,6 +117,7 @@ struct AhrsState {
     StillField<R> still_field;
     LastingMotion<R> lasting;
     VehicleTilt<R> vehicle_tilt; // of an unknown body: for readiness and stated variances
+    BiasSteps<R, AhrsErrors::errors> steps;
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     R rests; // 1: the last correction was at rest
     GivenSpeed<R> speed;

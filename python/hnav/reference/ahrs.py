@@ -26,6 +26,7 @@ from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,
     LASTING_DENSITY2,
+    BiasSteps,
     FieldNoise,
     FirstSamples,
     GivenSpeed,
@@ -93,7 +94,7 @@ class AhrsReference:
         self.t_s = self.corrected_s = math.nan
         self.verdict = "accept"  # on the last field
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
-        self.P = self.first_covariance(o.start_sigma_heading_rad)
+        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS)
         self.clear_window()
 
     def begin_motion(self) -> None:
@@ -157,7 +158,7 @@ class AhrsReference:
         if found is None:
             return
         self.R_bn, sigma_heading = found
-        self.P = self.first_covariance(sigma_heading)
+        self.P, self.steps = self.first_covariance(sigma_heading), BiasSteps(ERRORS, BIAS)
         if self.o.start_mode == "attitude":
             self.vehicle_tilt.P[0, 0] = min(self.vehicle_tilt.P[0, 0], self.o.start_sigma_tilt_rad**2)
         field = self.first.samples.means()[1]
@@ -312,6 +313,7 @@ class AhrsReference:
         if not self.rest.at_rest():
             kept = math.exp(-T / o.local_declination_s)
             self.declination *= kept
+            self.steps.response[DECLINATION] *= kept
             P[DECLINATION] *= kept
             P[:, DECLINATION] *= kept
             P[DECLINATION, DECLINATION] += (1 - kept**2) * (self.foreign2 + scale2 * o.local_declination_rad**2)
@@ -322,6 +324,7 @@ class AhrsReference:
     def correct(self, t_s: float, has_rate: bool, heading: tuple[float, float] | None, speed: tuple[float, float] | None) -> None:
         """All corrections of one instant; they enter the state together at the end."""
         self.gap_rotation += self.gap_variance(t_s, has_rate)
+        self.steps.response = self.transition() @ self.steps.response
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
         if self.lasting_density2 == 0 and not self.tilt_converged(0.0):
             # The error of the start may exceed its sigma.
@@ -338,6 +341,7 @@ class AhrsReference:
             if self.field_s > 0:
                 self.correct_by_field()
             self.correct_by_aids(heading, speed)
+            self.admit_steps()
         self.note_vehicle(rests)
         self.rested = rests
         self.apply(self.error)
@@ -345,14 +349,31 @@ class AhrsReference:
         self.P, self.corrected_s = self.E, t_s
         self.clear_window()
 
-    def learn(self, H: Array, innovation: Array, noise: Array, considered: int = 0) -> None:
-        """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used."""
-        PHt = self.E @ H.T
+    def learn(self, H: Array, innovation: Array, noise: Array, considered: int = 0, is_evidence: bool = True) -> None:
+        """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used.
+
+        is_evidence: for or against a step of the gyro bias."""
+        PHt, stepped = self.E @ H.T, H @ self.steps.response
         S = H @ PHt + noise
         self.error[considered:] += PHt[considered:] @ np.linalg.solve(S, innovation)
+        if is_evidence:
+            self.steps.information += stepped.T @ np.linalg.solve(S, stepped)
+            self.steps.sum += stepped.T @ np.linalg.solve(S, innovation)
+        self.steps.response[considered:] -= PHt[considered:] @ np.linalg.solve(S, stepped)
         change = PHt @ np.linalg.solve(S, PHt.T)
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
+
+    def admit_steps(self) -> None:
+        """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
+        steps = self.steps
+        if steps.look(self.window_s, self.rate_power):
+            mean, covariance = steps.found()
+            self.error += steps.response @ mean
+            self.E = self.E + steps.response @ covariance @ steps.response.T
+            self.steps = BiasSteps(ERRORS, BIAS)
+        elif steps.is_over():
+            self.steps = BiasSteps(ERRORS, BIAS)
 
     def correct_by_force(self, rests: bool) -> None:
         self.note_motion()
@@ -410,7 +431,8 @@ class AhrsReference:
         H, noise = np.eye(ERRORS)[V], density2 / self.force_s * np.eye(2)
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
-        self.learn(H, -self.velocity, noise)
+        is_vehicle = self.vehicle_tilt.P[0, 0] > 0 or self.lasting_density2 > 0
+        self.learn(H, -self.velocity, noise, is_evidence=not is_vehicle)
         after = np.diag(self.E)[PHI][:2]
         self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
         self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), self.force_s)
@@ -465,7 +487,7 @@ class AhrsReference:
     def forget_velocity(self, covariance: Array) -> None:
         """A vehicle that keeps its velocity is as quiet as a vehicle at rest: the velocity is that from here on."""
         self.velocity, self.error[V] = np.zeros(2), 0.0
-        self.E[V], self.E[:, V] = 0.0, 0.0
+        self.E[V], self.E[:, V], self.steps.response[V] = 0.0, 0.0, 0.0
         self.E[V, V] = covariance
 
     def travel(self) -> None:
@@ -478,7 +500,7 @@ class AhrsReference:
             return
         across, Phi = np.array([-self.velocity[1], self.velocity[0]]), np.eye(ERRORS)
         Phi[V, BIAS] = np.outer(across, self.G[2])
-        self.E = Phi @ self.E @ Phi.T
+        self.E, self.steps.response = Phi @ self.E @ Phi.T, Phi @ self.steps.response
         noise = np.zeros(ERRORS)
         noise[V], noise[HEADING] = -across, 1
         Q = self.rotation_noise() * np.outer(noise, noise)
@@ -568,7 +590,8 @@ class AhrsReference:
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
         if self.verdict != "reject":
             inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
-            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED)
+            is_evidence = self.verdict == "accept" and not foreign and self.confirmed
+            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, is_evidence)
             self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
         still = self.rest.at_rest()
         if not foreign:
@@ -687,7 +710,7 @@ class AhrsReference:
         elif now < before:
             noise = np.array([[sigma2 * now * before / (before - now)]])
             small = np.array([-self.declination - self.error[DECLINATION]])
-            self.learn(np.eye(ERRORS)[[DECLINATION]], small, noise, CONSIDERED)
+            self.learn(np.eye(ERRORS)[[DECLINATION]], small, noise, CONSIDERED, is_evidence=False)
 
     # ----------------------------------------------------------------------------------------- an attitude that is lost
 
@@ -701,6 +724,7 @@ class AhrsReference:
         self.lost = True
 
     def forget_rotation(self, tilt_variance: float, heading_variance: float) -> None:
+        self.steps = BiasSteps(ERRORS, BIAS)
         for rows in (V, PHI):
             self.E[rows], self.E[:, rows] = 0, 0
         self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)

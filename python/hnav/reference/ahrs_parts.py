@@ -308,6 +308,47 @@ class TiltExcess:
         self.variance = max(kept * self.variance, float(self.corrected @ self.corrected) / 2 - self.expected)
 
 
+class BiasSteps:
+    """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
+
+    STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 24.0, 3.0, 0.25, 20.0
+
+    def __init__(self, errors: int, bias: slice):
+        self.response = np.zeros((errors, 3))
+        """Of the error to unit steps."""
+        self.response[bias] = np.eye(3)
+        self.information, self.sum = np.zeros((3, 3)), np.zeros(3)
+        self.since_s = self.rate_power = self.unseen_s = self.likely_s = 0.0
+
+    def unmodelled2(self) -> float:
+        """Variance of errors that are proportional to the rate, and no step."""
+        return self.SHARE**2 * self.rate_power / self.since_s + 1e-10
+
+    def twice_log_ratio(self, variance: float) -> float:
+        posterior = self.information + np.eye(3) / variance
+        return float(self.sum @ np.linalg.solve(posterior, self.sum) - math.log(np.linalg.det(posterior) * variance**3))
+
+    def look(self, T: float, power: float) -> bool:
+        """T seconds later. True: a step has been likely for long enough."""
+        self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
+        if is_within(self.unseen_s, self.LOOK_S):
+            return False
+        none2 = self.unmodelled2()
+        ratio = self.twice_log_ratio(self.STEP_RAD_S**2 + none2) - self.twice_log_ratio(none2)
+        self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
+        self.unseen_s = 0.0
+        return has_lasted(self.likely_s, self.LASTS_S)
+
+    def is_over(self) -> bool:
+        return has_lasted(self.since_s, self.WINDOW_S) and not self.likely_s > 0
+
+    def found(self) -> tuple[Array, Array]:
+        """The step, 3, and its covariance, 3 x 3."""
+        prior = np.eye(3) / (self.STEP_RAD_S**2 + self.unmodelled2())
+        covariance = np.asarray(np.linalg.inv(self.information + prior), dtype=np.float64)
+        return covariance @ self.sum, covariance
+
+
 class VehicleTilt:
     """The tilt if the body were a vehicle, for readiness and stated variances: covariance of one axis, and its horizon relative to that
     of the filter."""

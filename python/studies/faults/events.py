@@ -27,6 +27,7 @@ BEFORE_S, AFTER_S = 60.0, 120.0
 SHOCK_M_S2 = 16 * GRAVITY_M_S2
 CLIP_RAD_S = 2.0
 SPIKE_RAD_S = 35.0
+BIAS_STEP_RAD_S = np.radians(1.0)
 DAY_S = 86400.0
 
 
@@ -84,6 +85,11 @@ def stuck_gyro(samples: Samples) -> None:
     samples.rate[samples.during] = samples.rate[int(np.argmax(samples.during))]
 
 
+def bias_step(samples: Samples) -> None:
+    """It stays to the end."""
+    samples.rate[int(np.argmax(samples.during)) :] += BIAS_STEP_RAD_S * unit_vector(samples.rng)
+
+
 def stuck_field(samples: Samples) -> None:
     samples.field[samples.during] = samples.field[int(np.argmax(samples.during))]
 
@@ -104,6 +110,7 @@ EVENTS = {
     "gap of 1 h": Event(1 / RATE_HZ, gap(3600)),
     "gyro axis dead for 10 s": Event(10, dead_axis),
     "gyro stuck for 10 s": Event(10, stuck_gyro),
+    "gyro bias steps by 1 deg/s": Event(1 / RATE_HZ, bias_step, heading=True),
     "field stuck for 20 s": Event(20, stuck_field, heading=True),
     "field x and y flipped for 20 s": Event(20, flipped_field, heading=True),
 }
