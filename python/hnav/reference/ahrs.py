@@ -590,7 +590,8 @@ class AhrsReference:
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
         if self.verdict != "reject":
             inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
-            is_evidence = self.verdict == "accept" and not foreign and self.confirmed
+            is_level = max(np.diag(self.P)[PHI][:2]) < 0.045**2
+            is_evidence = bool(self.verdict == "accept" and not foreign and self.confirmed and is_level)
             self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, is_evidence)
             self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
         still = self.rest.at_rest()
