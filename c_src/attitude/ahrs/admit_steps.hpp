@@ -9,23 +9,12 @@ namespace hnav {
 template <class R>
 void AhrsModelOf<R>::carry_response(State& s) const {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
-    const Eigen::Map<const Matrix39R> L(s.rate_moment[0]);
     Eigen::Map<Eigen::Matrix<R, errors, 3>> response(s.steps.response);
-    const R half = R(0.5 * gravity_m_s2) * s.force_s, forced = s.x[13] > 0 ? s.force_s / s.x[13] : 0;
-    for (int j = 0; j < 3; ++j) {
-        auto e = response.col(j);
-        const Vector3R before = e.template segment<3>(rotation);
-        Vector3R after = before;
-        for (int k = 0; k < 3; ++k) after -= e[bias + k] * G.col(k);
-        for (int k = 0; k < 9; ++k) after -= e[calibration + k] * L.col(k);
-        e[velocity] -= half * (before[1] + after[1]);
-        e[velocity + 1] += half * (before[0] + after[0]);
-        for (int i = 0; i < 2; ++i) {
-            e[velocity + i] -= s.swept_velocity[i] * e[force_latency];
-            for (int k = 0; k < 3; ++k) e[velocity + i] -= forced * G(i, k) * e[force_bias + k];
-        }
-        e.template segment<3>(rotation) = after;
-    }
+    const Matrix3R before = rows<3>(response, rotation), after = before - G.lazyProduct(rows<3>(response, bias));
+    const R half = R(0.5 * gravity_m_s2) * s.force_s;
+    response.row(velocity) -= half * (before.row(1) + after.row(1));
+    response.row(velocity + 1) += half * (before.row(0) + after.row(0));
+    rows<3>(response, rotation) = after;
 }
 
 // A likely step is added to the estimate, and its covariance to P.

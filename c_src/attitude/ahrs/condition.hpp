@@ -6,6 +6,7 @@
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace hnav {
@@ -21,7 +22,8 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
 
 // Corrects the errors from row `first` on by m rows H, with PHt = P H' and S = H P H' + noise. Rows before `first` are consider states
 // (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
-// rounding has made S indefinite, as by values of very different magnitudes. is_evidence: for or against a step of the gyro bias.
+// rounding has made S indefinite, as by values of very different magnitudes. is_evidence: for or against a step of the gyro bias, to which
+// the errors between velocity and rotation, of sensors, do not respond within a window.
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
@@ -41,8 +43,12 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
             for (int i = 0; i < 3; ++i) c.steps.information[3 * j + i] += stepped.col(i).dot(weighted);
             c.steps.sum[j] += weighted.dot(innovation);
         }
+    constexpr int last = std::min(rest, errors - rotation);
     for (int j = 0; j < 3; ++j)
-        for (int k = 0; k < m; ++k) c.response.col(j).template tail<rest>() -= stepped(k, j) * Kt.row(k).transpose();
+        for (int k = 0; k < m; ++k) {
+            c.response.col(j).template tail<last>() -= stepped(k, j) * Kt.row(k).template tail<last>().transpose();
+            if (first == 0) c.response.col(j).template head<2>() -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
+        }
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }
 

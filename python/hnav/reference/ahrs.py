@@ -360,6 +360,7 @@ class AhrsReference:
             self.steps.information += stepped.T @ np.linalg.solve(S, stepped)
             self.steps.sum += stepped.T @ np.linalg.solve(S, innovation)
         self.steps.response[considered:] -= PHt[considered:] @ np.linalg.solve(S, stepped)
+        self.steps.response[V.stop : PHI.start] = 0  # errors of sensors do not respond within a window
         change = PHt @ np.linalg.solve(S, PHt.T)
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
