@@ -2,6 +2,7 @@
 #include "contender.h"
 
 #include <hnav/ahrs.h>
+#include <hnav/hrekf.h>
 
 #define JOINED(a, b, c) a##b##c
 #define CALL_OF(filter, name) JOINED(hnav_, filter, name)
