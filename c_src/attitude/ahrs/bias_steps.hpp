@@ -5,7 +5,7 @@
 #include "base/instant.hpp"
 #include "estimation/steps.hpp"
 
-#include <algorithm>
+#include <cmath>
 
 namespace hnav {
 
@@ -36,7 +36,7 @@ struct BiasSteps {
         return has_lasted(likely_s, lasts_s);
     }
 
-    // A window that says nothing ends.
+    // The window ends without a likely step.
     bool is_over() const {
         constexpr R window_s = 20;
         return has_lasted(since_s, window_s) && !(likely_s > 0);

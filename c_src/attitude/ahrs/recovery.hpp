@@ -33,7 +33,7 @@ template <class R>
 void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
     s.rest.still_s = 0;
     if (!s.started) return;
-    begin_steps(s); // what it misses is no step
+    begin_steps(s); // the turn that it misses is no drift
     ++s.seldom_changes;
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
     for (int axis = 0; axis < 3; ++axis) {
