@@ -14,12 +14,22 @@
 
 namespace hnav {
 
+constexpr double steps_window_s =
+    20; // chosen: the errors by which a step shows grow for some seconds, and a long window hides the next one
+
 // Part of a filter's state: numbers of one kind only.
 template <int count, class R = double>
 struct StepEvidence {
     R information[count * count], sum[count]; // of (H B)' S^-1 H B, and of (H B)' S^-1 r
     R excess; // of r' S^-1 r over that of an outlier, of rejected samples
 
+    // Of m rows: response is H B, weighted S^-1 H B.
+    template <int m>
+    void add(const Eigen::Matrix<R, m, count>& response, const Eigen::Matrix<R, m, count>& weighted,
+             const Eigen::Matrix<R, m, 1>& innovation) {
+        Eigen::Map<Square<count, R>>(information).noalias() += response.transpose().lazyProduct(weighted);
+        Eigen::Map<Eigen::Matrix<R, count, 1>>(sum).noalias() += weighted.transpose().lazyProduct(innovation);
+    }
     void add(const StepEvidence& more) {
         for (int i = 0; i < count * count; ++i) information[i] += more.information[i];
         for (int i = 0; i < count; ++i) sum[i] += more.sum[i];

@@ -51,8 +51,7 @@ struct Projected {
             const Eigen::Matrix<double, m, may_step> one = all.template middleCols<may_step>(w * may_step),
                                                      weighted = inverse * one;
             c.steps[w].excess = excess;
-            Eigen::Map<Square<may_step>>(c.steps[w].information) = one.transpose().lazyProduct(weighted);
-            Eigen::Map<Eigen::Matrix<double, may_step, 1>>(c.steps[w].sum) = weighted.transpose() * r;
+            c.steps[w].add<m>(one, weighted, r);
         }
     }
 };

@@ -41,9 +41,9 @@ void Model::take_steps(State& s, Covariance& P, int window, const Steps<may_step
 // look like steps: one of 160 trains with consumer sensors would have a wrong tilt that is ready for two thirds of its time.
 void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     if (is_free(s)) return;
-    // Sigmas of the steps of usual faults, length of the windows, and limit: chosen. By chance a window exceeds the limit with a probability of
+    // Sigmas of the steps of usual faults, and limit: chosen. By chance a window exceeds the limit with a probability of
     // 1e-4.
-    constexpr double angle_rad = 0.05, gyro_rad_s = 0.02, accel_m_s2 = 1, window_s = 20, limit = 18;
+    constexpr double angle_rad = 0.05, gyro_rad_s = 0.02, accel_m_s2 = 1, limit = 18;
     constexpr double sigmas[may_step] = {angle_rad,  angle_rad,  angle_rad,  gyro_rad_s, gyro_rad_s,
                                          gyro_rad_s, accel_m_s2, accel_m_s2, accel_m_s2};
     if (std::isnan(s.steps_since_s[0]))
@@ -59,7 +59,7 @@ void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     }
     if (ratio > limit) return take_steps(s, P, likeliest, Steps<may_step>(s.steps[likeliest], sigmas), now_s);
     const int older = s.steps_since_s[0] < s.steps_since_s[1] ? 0 : 1;
-    if (has_passed(now_s - s.steps_since_s[1 - older], window_s / 2)) begin_steps(s, P, older, now_s);
+    if (has_passed(now_s - s.steps_since_s[1 - older], steps_window_s / 2)) begin_steps(s, P, older, now_s);
 }
 
 } // namespace hnav::ins

@@ -14,7 +14,7 @@ SEEDS = range(4)
 
 
 def after_step(kind: str, seed: int, given: bool, size_rad_s: float = STEP_RAD_S):
-    """Tilt error in deg, ready flags and gyro bias error in rad/s after the step, one row a sample."""
+    """Tilt error in deg and ready flag of each row after the step; and what the gyro bias lacks of it at the end, rad/s."""
     recording, axis = motion(kind, seed), np.random.default_rng([seed, 77]).normal(size=3)
     step = size_rad_s * axis / np.linalg.norm(axis)
     later = recording.t_s - recording.t_s[0] >= AT_S

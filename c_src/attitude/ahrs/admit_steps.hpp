@@ -27,10 +27,10 @@ void AhrsModelOf<R>::admit_steps(State& s, Correction& c) const {
         c.error += c.response * found.mean();
         for (int j = 0; j < errors; ++j)
             for (int i = 0; i <= j; ++i) c.P(i, j) += spread.row(i).dot(c.response.row(j));
-        begin_steps(s);
-    } else if (s.steps.is_over()) {
-        begin_steps(s);
+    } else if (!s.steps.is_over()) {
+        return;
     }
+    begin_steps(s);
 }
 
 } // namespace hnav

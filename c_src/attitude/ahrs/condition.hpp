@@ -37,17 +37,17 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
-    if (is_evidence)
-        for (int j = 0; j < 3; ++j) {
-            const Eigen::Matrix<R, m, 1> weighted = factor.template solve<1>(stepped.col(j));
-            for (int i = 0; i < 3; ++i) c.steps.information[3 * j + i] += stepped.col(i).dot(weighted);
-            c.steps.sum[j] += weighted.dot(innovation);
-        }
+    if (is_evidence) {
+        Response<m> weighted;
+        for (int j = 0; j < 3; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
+        c.steps.template add<m>(stepped, weighted, innovation);
+    }
     constexpr int last = std::min(rest, errors - rotation);
     for (int j = 0; j < 3; ++j)
         for (int k = 0; k < m; ++k) {
             c.response.col(j).template tail<last>() -= stepped(k, j) * Kt.row(k).template tail<last>().transpose();
-            if (first == 0) c.response.col(j).template head<2>() -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
+            if constexpr (first == 0)
+                c.response.col(j).template head<2>() -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
         }
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }

@@ -79,7 +79,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         Response<3> stepped;
         for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
         // A field that may be false turns with what disturbs it, and the azimuth of a true one with a tilt that is not found yet.
-        constexpr R level_rad = R(0.045); // chosen: starts in motion
+        constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
         const bool is_level = larger_tilt_variance(s) < level_rad * level_rad;
         const bool is_evidence = verdict == FieldVerdict::accept && !foreign && s.heading_confirmed != 0 && is_level;
         condition<3, considered>(c, PHt, S, innovation, stepped, is_evidence);
