@@ -183,6 +183,20 @@ void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double vari
     if (std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
+namespace {
+
+// While the heading is searched, the velocity v0 at its begin has no known direction. The displacement in the state is then that of fixes which
+// are late by tau: it lags by tau v0, and only what the velocity has gained since then shows tau.
+Vector3 lag_per_second(const State& s) { return vec(s.x + 3) - vec(s.in_t.gained); }
+
+} // namespace
+
+Vector3 displacement(const State& s) {
+    Vector3 d = vec(s.x);
+    if (is_free(s)) d += s.latency * lag_per_second(s);
+    return d;
+}
+
 // Covariance about the likeliest heading. Given u everything is Gaussian and linear. Another heading on the circle changes the state
 // through its regression on u, and by turning the vectors held in axes turned by -alpha. Both are linear in (x, y) = (cos - 1, sin) of
 // the heading error. The turned vectors change with (x, y) too: of these products x^2 + y^2 = -2 x is kept. It cancels the apparent
@@ -202,7 +216,8 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
         by[row][0] = by[row + 1][1];
         by[row + 1][0] = -by[row][1];
     };
-    turns(row_d, s.x);
+    const Vector3 d = displacement(s);
+    turns(row_d, d.data());
     turns(row_v, s.x + 3);
     turns(row_colour, s.in_t.colour);
     by[row_phi + 2][1] += 1;
@@ -213,24 +228,24 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     }
     P.forget(row_u);
     P.forget(row_u + 1);
-    admit_latency(s, P);
+    admit_lag(s, P);
     return P;
 }
 
-// While the heading is unknown the GNSS latency is treated as noise, but it is common to all fixes: all positions lag by v times it.
-void Model::admit_latency(const State& s, Covariance& P) {
-    const double variance = P[row_latency][row_latency];
-    for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) P[row_d + i][row_d + j] += s.x[3 + i] * s.x[3 + j] * variance;
-        P[row_d + i][row_latency] += s.x[3 + i] * variance;
-        P[row_latency][row_d + i] += s.x[3 + i] * variance;
-    }
+// Of the displacement d to its value without the lag.
+void Model::admit_lag(const State& s, Covariance& P) {
+    const Vector3 v0 = lag_per_second(s);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency];
 }
 
 // The heading is found: turns the state by alpha. From here on the filter is a usual error-state filter.
 void Model::collapse(State& s, Covariance& P) const {
     const double alpha = s.circle.mode_rad;
     P = given_circle(s, P);
+    vec(s.x) = displacement(s);
     const Matrix3 R = rotation_matrix(rotation_quaternion(Vector3(0, 0, alpha)));
     turn(s, R);
     turn(P, R);
@@ -275,6 +290,7 @@ void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
         const double colour2 = s.slow_m[i == 2] * s.slow_m[i == 2];
         const double wide = options_.start_sigma_position_m, fast = options_.start_sigma_velocity_m_s * (i == 2 ? 0.2 : 1);
         s.in_t.colour[i] = 0;
+        s.in_t.gained[i] = 0;
         P[row_colour + i][row_colour + i] = colour2;
         P[row_d + i][row_d + i] = p[3 + i] * p[3 + i] + wide * wide + colour2;
         P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour2;
@@ -326,14 +342,13 @@ bool Model::velocity_fits(State& s, const Event& event) const {
 bool Model::position_jumped(State& s, const Event& event) const {
     const double* z = event.value[position];
     FreeGates& g = s.gates;
-    // A lasting acceleration of 4 m/s2 and a latency of five sigmas are not counted as a jump.
-    constexpr double half_acceleration_m_s2 = 2, latencies = 5;
+    constexpr double half_acceleration_m_s2 = 2; // a lasting acceleration of 4 m/s2 is not counted as a jump
     const double sigma = z[3] * std::sqrt(s.fit(position).noise), sigmas = 6 * sigma;
-    const double since_s = event.t_s - g.position_s, changes_s = since_s + 2 * (event.t_s - g.velocity_s);
+    const double since_s = event.t_s - g.position_s;
+    const double changes_s = since_s + 2 * (event.t_s - g.velocity_s + options_.start_sigma_latency_s);
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    const double moved_m = (half_acceleration_m_s2 * changes_s + latencies * options_.start_sigma_latency_s) * since_s;
-    if (off.head<2>().norm() > sigmas + moved_m) vec(g.jump) += off;
+    if (off.head<2>().norm() > sigmas + half_acceleration_m_s2 * changes_s * since_s) vec(g.jump) += off;
     vec(g.position) = now;
     g.position_s = event.t_s;
     if (vec(g.jump).head<2>().norm() > sigmas) {

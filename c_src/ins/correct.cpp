@@ -253,16 +253,16 @@ namespace {
 double noise_of(const State& s, int channel) {
     if (channel == ins::rest) return widened(s);
     const double learnt = s.fit(channel).noise;
-    return is_free(s) && !is_learnt(s, channel) ? widened(s) : learnt; // a coarse linearisation adds errors that are not noise
+    return is_free(s) ? std::fmax(widened(s), learnt) : learnt; // a coarse linearisation adds errors that are not noise
 }
 
 } // namespace
 
 // Accepts a jump that lasts. Before the heading is found the first fix may be the wrong one; only later fixes can decide.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
-    constexpr double refusals_when_free = 3, fresh_s = 10;
+    constexpr double refusals_when_free = 3, lasting_s = 2, fresh_s = 10;
     if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= refusals_when_free &&
-        is_within(event.t_s - s.last_s[position], fresh_s)) {
+        has_lasted(event.t_s - s.refused_since_s[m.channel], lasting_s) && is_within(event.t_s - s.last_s[position], fresh_s)) {
         // Tilt and biases have followed the first fixes, or have stepped since.
         s.refuted = first_were_wrong(s, m.channel, event.t_s) ? Refuted::first_fixes : Refuted::state;
         return;
@@ -336,7 +336,8 @@ bool Model::is_sound(const State& s, const Covariance& P) const {
     constexpr double largest_tilt = 1; // rad
     bool sound = plausible(s) && std::isfinite(vec(s.x).sum() + vec(s.x + 3).sum());
     for (int i = 0; i < P.n; ++i) sound = sound && P[i][i] >= 0 && std::isfinite(P[i][i]);
-    for (int i = 0; i < row_gyro; ++i) sound = sound && P[i][i] > 0;
+    const int attitude = is_free(s) ? row_phi + 2 : row_gyro; // the rotation about the vertical is exact where its search begins
+    for (int i = 0; i < attitude; ++i) sound = sound && P[i][i] > 0;
     return sound && std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) < largest_tilt * largest_tilt;
 }
 

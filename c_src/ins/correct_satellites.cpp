@@ -1,6 +1,8 @@
 // GNSS velocity and position, at their time of validity.
 #include "ins/model.hpp"
 
+#include "maths/square.hpp"
+
 namespace hnav::ins {
 namespace {
 
@@ -17,9 +19,10 @@ void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turn
 
 // A fix is late by the latency: a quantity that changes at this rate is measured as it was then. Receivers smooth the vertical channel
 // more than the horizontal ones, which adds a delay of its own, so the vertical does not observe the latency.
-void Model::put_latency(Measurement& m, const Vector3& change) const {
+void Model::put_latency(const Covariance& P, Measurement& m, const Vector3& change) {
+    constexpr double of_vertical_s = 0.06; // sigma of that delay: chosen
     for (int i = 0; i < 2; ++i) m.H[i][row_latency] = -change[i];
-    m.R[2] += options_.start_sigma_latency_s * options_.start_sigma_latency_s * change[2] * change[2];
+    m.R[2] += (square(of_vertical_s) + P[row_latency][row_latency]) * square(change[2]);
 }
 
 // A receiver takes north and east at its own place. Without it they are those of the estimated place, whose error turns them by its size over
@@ -57,12 +60,12 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
-        // The latency times an acceleration of unknown direction is a product of errors; it is added as noise.
-        for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * a.squaredNorm();
-    } else {
-        put_latency(m, a);
+        // The latency times the error of the acceleration by the tilt, a product of errors.
+        const double by_tilt = vec(s.gravity).squaredNorm() * std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
+        for (double& r : m.R) r += P[row_latency][row_latency] * by_tilt;
     }
-    const Vector3 expected = vec(s.x + 3) + lever - (free ? 0 : s.latency) * a;
+    put_latency(P, m, a);
+    const Vector3 expected = vec(s.x + 3) + lever - s.latency * a;
     vec(m.r) = z - expected;
     use_absolute(s, P, event, m);
 }
@@ -92,18 +95,16 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_colour, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
+    const Vector3 late = free ? Vector3(vec(s.in_t.gained)) : Vector3(v - 0.5 * s.latency * vec(s.in_t.recent_acceleration));
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
-        const bool known = is_within(event.t_s - s.speed_known_s, 2.0);
-        const double speed2 = known ? s.speed_known_m_s * s.speed_known_m_s : 0;
-        for (double& r : m.R) r += options_.start_sigma_latency_s * options_.start_sigma_latency_s * speed2;
+        put_latency(P, m, late);
     } else {
-        put_latency(m, v - s.latency * vec(s.in_t.recent_acceleration));
+        put_latency(P, m, v - s.latency * vec(s.in_t.recent_acceleration));
         m.put(0, row_v, -s.latency * Matrix3::Identity());
     }
-    const Vector3 way = free ? Vector3::Zero() : Vector3(s.latency * (v - 0.5 * s.latency * vec(s.in_t.recent_acceleration)));
-    vec(m.r) = z - (vec(s.x) + lever + vec(s.in_t.colour) - way);
+    vec(m.r) = z - (vec(s.x) + lever + vec(s.in_t.colour) - s.latency * late);
     use_absolute(s, P, event, m);
 }
 

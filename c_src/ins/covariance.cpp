@@ -81,7 +81,9 @@ void Model::gather(State& s, double interval_s) const {
     vec(s.steady_rate) += T / (turns_alike_s + T) * (rate - vec(s.steady_rate));
     w.turned2 += T * rate.squaredNorm();
     w.length_s += T;
-    vec(s.gates.gained) += vec(s.x + 3) - vec(s.seen_v);
+    const Vector3 gained = vec(s.x + 3) - vec(s.seen_v);
+    vec(s.gates.gained) += gained;
+    vec(s.in_t.gained) += gained;
 }
 
 namespace {

@@ -186,7 +186,7 @@ private:
     // any_heading.cpp
     void centre(State& s, Covariance& P, bool look_at_circle) const;
     Covariance given_circle(const State& s, Covariance P) const;
-    static void admit_latency(const State& s, Covariance& P);
+    static void admit_lag(const State& s, Covariance& P);
     void collapse(State& s, Covariance& P) const;
     void restart_heading(State& s, Covariance& P, const Event& event) const;
     bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
@@ -254,7 +254,7 @@ private:
         double sigma_rad; // about down
     };
     North north_of(const State& s, const Covariance& P, const Event& event) const;
-    void put_latency(Measurement& m, const Vector3& change) const;
+    static void put_latency(const Covariance& P, Measurement& m, const Vector3& change);
     void correct_heading(State& s, Covariance& P, const Event& event) const;
     void correct_field(State& s, Covariance& P, const Event& event) const;
     bool wants_field(const State& s, const Event& event) const;
@@ -299,6 +299,7 @@ inline bool is_absolute(const Measurement& m) {
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
 // The estimated one.
+Vector3 displacement(const State& s); // from the anchor, without the lag that it has while the heading is searched
 inline earth::Place place_of(const State& s) { return earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x)); }
 // Whether the last correction used a fix: monitors of fixes act once for each of them, at the event after it.
 inline bool has_judged(const State& s) {

@@ -71,7 +71,7 @@ void Model::put_protection(const State& s, Navigation* n) {
 }
 
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {
-    motion->position_e = vec(s.anchor_e) + to_earth * vec(s.x);
+    motion->position_e = vec(s.anchor_e) + to_earth * displacement(s);
     motion->velocity_e = to_earth * vec(s.x + 3);
     motion->place = earth::place_of(motion->position_e);
     const Matrix3 to_north = earth::axes_at(motion->place).transpose() * to_earth;

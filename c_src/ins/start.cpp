@@ -311,6 +311,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.latency = s.scale = 0;
     s.offset = nan; // until there is a pressure
     for (double& c : s.in_t.colour) c = 0;
+    for (double& g : s.in_t.gained) g = 0;
     for (double& m : s.mount) m = 0;
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer

@@ -147,6 +147,7 @@ struct InAxes {
     double colour_at_rest[3]; // that error when the present rest began
     double mean_force[3]; // force without vibration
     double recent_acceleration[3]; // mean acceleration over the GNSS latency
+    double gained[3]; // velocity gained since the search for the heading began
     // Mean of the used magnetometer samples over field_colour_s, in axes of the present attitude estimate.
     double field[3];
     double attitude[3][3]; // mean attitude over the same samples

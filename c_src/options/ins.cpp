@@ -54,7 +54,7 @@ constexpr double defaults[] = {
     0.003, // start_sigma_gyro_scale
     0.3, // start_sigma_accel_bias_m_s2
     30, // start_sigma_position_m
-    0.06, // start_sigma_latency_s
+    0.12, // start_sigma_latency_s
     0.05, // start_sigma_speed_scale
     1, // start_sigma_iron
     0.03, // start_sigma_mounting_rad
@@ -256,7 +256,7 @@ const OptionRow rows[] = {
      0, 1e+07, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"start_sigma_latency_s", text("start"), text("s"),
      text("Standard deviation of the GNSS latency relative to the time stamps"),
-     text("Without the time of validity, fixes are up to 0.1 s late."),
+     text("Fixes that are stamped when they arrive are 0.05 s to 0.5 s late."),
      nullptr, nullptr, defaults + 38, offsetof(hnav_ins_options, start_sigma_latency_s),
      0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"start_sigma_speed_scale", text("start"), text(""),

@@ -335,6 +335,30 @@ TEST(InsAnyHeading, AFlightAcrossThePoleOrTheDateLineIsAsGoodAsOneAtTheEquator) 
     EXPECT_LT(equator.attitude, 0.5 * deg);
 }
 
+// Fixes of a winding path that arrive so late, whose stamps are those of their arrival.
+TEST(InsAnyHeading, FixesThatAreAllLateAreFoundToBeLate) {
+    for (const double late_s : {0.1, 0.4})
+        for (const double speed : {15.0, 60.0}) {
+            const Truth truth = winding({0.7, -1, 50}, 2, speed);
+            ins::Options o = usual();
+            o.start_sigma_latency_s = 0.12;
+            Flight run(o);
+            drive(run, truth, 60, [&](ins::Sample& sample) {
+                const double then_s = std::fmax(0, sample.t_s - late_s);
+                if (sample.channel == velocity) sample = truth.velocity_fix(then_s);
+                else if (sample.channel == position) sample = truth.position_fix(then_s);
+                else return;
+                sample.t_s = then_s + late_s;
+            });
+            const ins::Navigation n = run.shown();
+            EXPECT_TRUE(n.heading_ready && n.position_ready) << late_s << " s, " << speed << " m/s";
+            EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - truth.heading(60))), 0.5 * deg)
+                << late_s << " s, " << speed << " m/s";
+            EXPECT_NEAR(run.filter.newest().latency, late_s, 0.02) << speed << " m/s";
+            EXPECT_LT((n.position_e - truth.position_e(60)).norm(), 2) << late_s << " s, " << speed << " m/s";
+        }
+}
+
 // Accelerates straight ahead from the first sample for so long, then keeps its speed.
 Truth sprint(double heading, double gain_m_s2, double until_s) {
     const earth::Place start{0.7, -1, 50};

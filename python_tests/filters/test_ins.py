@@ -398,7 +398,10 @@ def test_a_straight_ride_leaves_the_heading_open_and_nothing_else(speed_m_s):
     force = [0, 0, -9.81] + 0.3 * rng.standard_normal((n, 3))
     run = hnav.Ins("industrial", **FAST).run(t, 0.001 * rng.standard_normal((n, 3)), force, aids)
     assert run.sigma_rotation_rad[-1, 2] > 0.2 and run.ready[-1].tolist() == [True, False, True, speed_m_s < 80]
-    assert run.sigma_position_m[-1].max() < 2 + late_s * speed_m_s and run.sigma_velocity_m_s[-1].max() < 0.2
+    assert (
+        run.sigma_position_m[-1].max() < 2 + run.options.start_sigma_latency_s * speed_m_s
+        and run.sigma_velocity_m_s[-1].max() < 0.2
+    )
     assert abs((run.place[-1, 0] - 0.8) * NORTH_M_PER_RAD - speed_m_s * t[-1]) < 2 * run.sigma_position_m[-1, 0]
     assert np.abs(run.velocity_n_m_s[-1] - velocity[-1]).max() < 0.2
 
@@ -528,7 +531,7 @@ def test_a_step_of_the_accelerometer_is_known_as_such_once_positions_agree_with_
 
 def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():
     """After 30 s: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
-    samples, _ = vehicle("quadrotor", "industrial", 5, 60.0)
+    samples, _ = vehicle("quadrotor", "industrial", 3, 60.0)
 
     def tilt(**options):
         return navigate(samples, hnav.Ins("industrial", **FAST, **options)).sigma_rotation_rad[3000, :2].mean()
@@ -588,7 +591,7 @@ def test_starts_of_the_recorded_flight_are_right_and_none_is_called_ready_falsel
     flight = Flight(Path(FLIGHT))
     starts = [flight.start(begin) for begin in np.linspace(215, 485, 10)]
     rms = np.degrees([start.rms for start in starts])
-    assert rms.max() < 2 and np.median(rms) < 0.7
+    assert rms.max() < 2.5 and np.median(rms) < 0.6
     assert flight.late_s == pytest.approx(0.02)
     assert not any(start.is_false for start in starts)
     assert sum(np.isfinite(start.ready_s) for start in starts) >= 9

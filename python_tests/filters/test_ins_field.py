@@ -60,7 +60,7 @@ def assert_equal(one, other, rows=slice(None)):
 
 def test_bodies_that_turn_find_their_iron_and_by_it_their_heading():
     rms = []
-    for seed in range(20, 28):
+    for seed in range(20, 36):
         samples, truth = vehicle("walker", "consumer", seed, 60.0, magnetometer=True)
         changes = (None, lambda m: m, lambda m: m + 3e-5)
         rms.append([rms_deg(run_of(samples, with_fields(samples, change)), truth) for change in changes])
@@ -133,8 +133,8 @@ def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_headi
         left_out.append(ins.diagnostics().gated["mag"])
     assert left_out[0] > 60 and left_out[1] == 0
     off = wrapped(runs[0].heading_rad - runs[1].heading_rad) / runs[1].sigma_rotation_rad[:, 2]
-    off = off[np.isfinite(off)]
-    assert np.sqrt(np.mean(off**2)) < 0.3 and abs(off[-1]) < 0.05
+    off = np.abs(off[np.isfinite(off)])
+    assert np.quantile(off, 0.9) < 0.1 and off[-1] < 0.05  # the likeliest heading of an almost flat density may flip for a moment
 
 
 def test_a_field_that_stays_another_is_accepted_after_a_while(hovering):

@@ -88,6 +88,7 @@ class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
+    VERTICAL_LATE_S = 0.06
     """Of GNSS, each axis, unless stated otherwise."""
 
     def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array):
@@ -365,7 +366,7 @@ class InsReference:
         """Rows with what the latency does to what changes so fast, and the noise of the vertical, which is late by itself."""
         H = np.zeros((3, ERRORS))
         H[:2, LATENCY] = -change[:2]
-        return H, np.array([0.0, 0.0, (self.o.start_sigma_latency_s * change[2]) ** 2])
+        return H, np.array([0.0, 0.0, (self.VERTICAL_LATE_S**2 + self.P[LATENCY, LATENCY]) * change[2] ** 2])
 
     def begin_field(self, field_b: Array) -> None:
         """The first sample sets the unit of the field."""

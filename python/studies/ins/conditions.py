@@ -1,4 +1,4 @@
-"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, wheels."""
+"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, late fixes, wheels."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ COMPASS_EVERY = 10
 """Samples of the inertial sensor for one of the compass, and of the wheels."""
 FIRST_S, FIRST_OFF_M = 7.0, 300.0
 """From switching on: the filter takes its first position after 5 s of levelling."""
+LATE_S = 0.4
 WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01
 
 Change = Callable[[Samples, Truth, np.random.Generator], Samples]
@@ -52,6 +53,12 @@ def _wrong_first_fixes(samples: Samples, _: Truth, rng: np.random.Generator) -> 
     return replace(samples, aids=fixes(valid, sensor, value))
 
 
+def _late(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
+    """Stamps that name the time of arrival."""
+    valid, _received, sensor, value = samples.aids.arrays()
+    return replace(samples, aids=fixes(valid + LATE_S, sensor, value))
+
+
 def _wheels(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
     rows = slice(0, None, COMPASS_EVERY)
     ahead = truth.attitude_e[rows].apply([1.0, 0, 0])
@@ -64,5 +71,6 @@ CONDITIONS = {
     "usual": Condition("", _as_it_is),
     "compass": Condition("compass 170 deg off", _wrong_compass),
     "first_fixes": Condition("first positions 300 m off for 2 s", _wrong_first_fixes),
+    "late": Condition(f"every fix stamped {LATE_S:g} s late", _late),
     "wheels": Condition("wheels", _wheels, {"car_across_m_s": CAR_ACROSS_M_S}),
 }

@@ -66,11 +66,6 @@ RULES = {
             "        return;\n": ""
         },
     ),
-    "admit_latency": Rule(
-        "the latency is noise while the heading is unknown, but the same in all fixes",
-        "any_heading.cpp",
-        {"    admit_latency(s, P);\n": ""},
-    ),
     "noise_of_turned_biases": Rule(
         "unknown biases in axes that are found to stand otherwise",
         "correct.cpp",
