@@ -369,7 +369,8 @@ State Model::once_more(State s, const State& later, double known_s) const {
     s.phase = Phase::navigating;
     s.has_place = 1;
     s.u[0] = 1;
-    s.u[1] = s.latency = s.scale = s.mount[0] = s.mount[1] = 0;
+    s.u[1] = s.scale = s.mount[0] = s.mount[1] = 0;
+    s.latency = later.latency;
     s.circle = Circle{};
     s.offset = nan;
     s.nis_mean = 1;

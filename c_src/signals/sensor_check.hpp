@@ -102,6 +102,7 @@ struct SensorCheck {
     void note_course(const Vector& y) {
         if (running && run[0] >= min_stuck) return;
         const R change = y.sum() - Vector(last).sum(), bends = change - slope;
+        if (change == 0) return; // a value that is held until the next one: its steps would look like noise
         turning_back += memory * ((bends * bend < 0 ? R(1) : R(0)) - turning_back);
         slope = change;
         bend = bends;

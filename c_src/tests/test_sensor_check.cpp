@@ -53,6 +53,19 @@ TEST(SensorCheck, AHealthySensorIsWell) {
     EXPECT_EQ(gyro.check.outliers + gyro.check.stuck + gyro.check.saturated, 0u);
 }
 
+// A co-simulation whose step is two periods long: the steps of the held value are no noise, so an axis that stays is well.
+TEST(SensorCheck, AnAxisThatStaysIsWellWithoutNoiseHoweverLongAValueIsHeld) {
+    for (const int held : {1, 2, 3, 5}) {
+        Gyro gyro(0);
+        Vector3 y;
+        for (int k = 0; k < 5000; ++k) {
+            if (k % held == 0) y = Vector3(-1, std::sin(0.003 * k), 2);
+            EXPECT_EQ(gyro.take(y), SensorFault::none) << "held " << held << ", " << k;
+        }
+        EXPECT_FALSE(gyro.check.has_noise()) << held;
+    }
+}
+
 TEST(SensorCheck, ASpikeIsAnOutlierAndAStepIsNot) {
     Gyro gyro;
     gyro.run(200);

@@ -98,3 +98,18 @@ def test_a_gap_does_not_lengthen_a_finding():
     health = np.full((2, 3), SENSOR_STATES.index("ok"), np.uint8)
     health[0, 0] = SENSOR_STATES.index("stuck")
     assert findings(np.array([0.0, 3600.0]), health) == [Finding("gyro", "stuck", 1.0, 0.0)]
+
+
+def test_without_a_force_the_tilt_is_lost_by_the_gyroscope_alone():
+    """The robust law, which lets a wrong start converge, does not act where no force corrects the tilt."""
+    motion = tilted_motion(120).recording
+    force = motion.force_b_m_s2.copy()
+    force[motion.t_s > motion.t_s[0] + 5] = np.nan
+    sigma = {
+        mode: Filter("ahrs", gamma_mode=mode, solver="closed_form")
+        .run(motion.t_s, motion.rate_b_rad_s, force, motion.field_b_tesla, check=False)
+        .sigma_rad[-1, :2]
+        for mode in ("relative", "off")
+    }
+    np.testing.assert_allclose(sigma["relative"], sigma["off"], rtol=0.5)
+    assert sigma["relative"].max() < 1

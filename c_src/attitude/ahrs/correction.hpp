@@ -108,12 +108,13 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
     ((event.has(heading + after_heading) ? correct_by<Aid<heading + after_heading>>(s, c, event) : void()), ...);
 }
 
-// gamma is finite until the horizon is ready, because the initial error may exceed its sigma. The heading is not inflated: a heading that
+// gamma is finite until the horizon is ready, because the initial error may exceed its sigma; without a force nothing would stop the
+// growth. The heading is not inflated: a heading that
 // was wrong from the start is found by evidence (reference_field.hpp), which an inflated sigma would hide.
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && !is_given_to_travel() && !tilt_converged(s, 0))
+    if (robust_.mode != GammaMode::off && s.force_s > 0 && !is_given_to_travel() && !tilt_converged(s, 0))
         inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;

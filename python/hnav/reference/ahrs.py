@@ -326,7 +326,7 @@ class AhrsReference:
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.steps.response = self.transition() @ self.steps.response
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
-        if self.lasting_density2 == 0 and not self.tilt_converged(0.0):
+        if self.force_s > 0 and self.lasting_density2 == 0 and not self.tilt_converged(0.0):
             # The error of the start may exceed its sigma.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         self.travel()
