@@ -65,7 +65,7 @@ def test_columns_are_known_by_their_usual_names(tmp_path, motion, header):
     ("baro_hPa", "pressure_pa", "hPa"), ("wheel_speed_km_h", "speed_m_s", "km/h"), ("hAcc", "sigma_h", None), ("climb_rate", "vd", None),
     ("lat_1e7", "lat_deg", "1e7deg"), ("airspeed_m_s", None, None), ("velocity", None, None), ("heading", None, None), ("vx", None, None),
     ("temperature", None, None), ("antenna_heading_rad", "antenna_heading_deg", "rad"), ("relPosHeading_deg", "antenna_heading_deg", "deg"),
-    ("accHeading", "sigma_heading_deg", None),
+    ("accHeading", "sigma_heading_deg", None), ("locationLatitude(WGS84)", "lat_deg", None), ("hMSL_mm", "alt_m", "mm"),
 ])  # fmt: skip
 def test_what_a_name_means(name, role, unit):
     found = aid_column(name)
@@ -102,6 +102,22 @@ def test_speed_and_course_are_a_velocity_and_no_fix_is_none(tmp_path, motion):
     aids = read_aids(path)
     np.testing.assert_array_equal(aids["position"].t_s, [2, 3])
     np.testing.assert_allclose(aids["velocity"].values[:, :2], [[0, 10], [0, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize("header, values, note", [
+    ("lat,lon", "45,7", "positions were left out: lat_deg, lon_deg without alt_m"),
+    ("lat,lon,alt,speed", "45,7,100,3", "velocities were left out: ground_speed without course_deg"),
+    ("lat,lon,alt,course", "45,7,100,3", "velocities were left out: course_deg without ground_speed"),
+    ("lat,lon,alt,speed_m_s,course", "45,7,100,3,90", "course_deg was left out: speed_m_s is along body x"),
+    ("lat,lon,alt,speed,course", "45,7,100,3,90", None),
+    ("vn,ve,speed", "1,2,3", None),
+])  # fmt: skip
+def test_columns_without_the_one_that_belongs_to_them_are_named(tmp_path, header, values, note):
+    path = tmp_path / "lonely.csv"
+    rows = "".join(f"{0.01 * k:.2f},0,0,0,0,{k % 3},9.8,{values}\n" for k in range(100))
+    path.write_text(f"t_s,gx,gy,gz,ax,ay,az,{header}\n{rows}")
+    notes = [note for note in read(path).origin.notes if "left out" in note]
+    assert len(notes) == (note is not None) and (note is None or notes[0].startswith(note))
 
 
 def test_fixes_of_a_file_of_their_own_come_in_the_order_of_arrival(tmp_path):

@@ -173,6 +173,14 @@ def test_rates_and_force_that_are_exchanged_are_named_in_arrays_and_files(held):
         Filter().run(held.t_s, held.force_b_m_s2, held.rate_b_rad_s, held.field_b_tesla)
 
 
+def test_rates_in_degrees_beside_a_force_in_g_are_not_taken_for_exchanged(held):
+    """Whatever their length: rates of a moving body vary more than gravity does."""
+    fast = np.median(np.linalg.norm(held.rate_b_rad_s, axis=1))
+    for median in (9.0, 9.8, 11.0):
+        odd = replace(held, rate_b_rad_s=median / fast * held.rate_b_rad_s, force_b_m_s2=held.force_b_m_s2 / 9.81)
+        assert not any("exchanged" in finding.message for finding in odd.check())
+
+
 def test_a_force_that_points_up_is_named_in_arrays(held):
     with pytest.warns(PlausibilityWarning, match="multiply the force by -1; south of the magnetic equator it is right"):
         Filter().run(held.t_s, held.rate_b_rad_s, -held.force_b_m_s2, held.field_b_tesla)

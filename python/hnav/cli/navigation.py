@@ -100,6 +100,7 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
         data = corrected(data) if corrected is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         warnings = warnings_of(recording, found, wanted.strict, wanted.force)
+        warnings += [f"note: {recording.name}: {note}" for note in left_out(data)]
         run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
         parts = [smoothed(data, run, outcome)] if wanted.smooth else list(runs(InMemory(data), run, outcome))
         if out is not None:
@@ -145,11 +146,16 @@ def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Option
     return data
 
 
+def left_out(data: Recording) -> list[str]:
+    """What of the file is not used, and why."""
+    return [note for note in (data.origin.notes if data.origin else ()) if "left out" in note]
+
+
 def refuse_unaided(path: Path, data: Recording, options: Options) -> None:
     """Raises UsageError for a recording without a position, unless the options give one."""
     if "position" in data.aids or options.start_place == "given":
         return
-    notes = [note for note in (data.origin.notes if data.origin else ()) if "left out" in note]
+    notes = left_out(data)
     raise UsageError(
         f"{path}: has no positions (lat_deg, lon_deg, alt_m): give --gnss FILE, or of a body at rest its place by --set start_place=given "
         "--set start_latitude_rad=... --set start_longitude_rad=..." + "".join(f" ({note})" for note in notes[:1])

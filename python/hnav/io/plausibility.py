@@ -207,11 +207,12 @@ def _are_counts(recording: Recording, live: Samples) -> bool:
 
 
 def _are_swapped(live: Samples) -> bool:
-    """Whether the rates have the magnitude of gravity while the median force is smaller: swapped sensors."""
+    """Whether the rates have the magnitude of gravity, and vary less than the force, whose median is smaller: swapped sensors."""
     if not {"gyro", "accel"} <= live.keys():
         return False
-    rate, force = (float(np.median(np.linalg.norm(live[sensor][1], axis=1))) for sensor in ("gyro", "accel"))
-    return force < FORCE_M_S2[0] < rate < FORCE_M_S2[1]
+    rates, forces = (np.quantile(np.linalg.norm(live[sensor][1], axis=1), [0.1, 0.5, 0.9]) for sensor in ("gyro", "accel"))
+    varies, force_varies = ((high - low) / max(middle, 1e-9) for low, middle, high in (rates, forces))
+    return bool(forces[1] < FORCE_M_S2[0] < rates[1] < FORCE_M_S2[1] and varies < force_varies)
 
 
 def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:

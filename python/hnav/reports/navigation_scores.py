@@ -107,7 +107,8 @@ def navigation_score(
     navigating = run.phase == PHASES.index("navigating")
     if not navigating.any():
         raise HnavValueError(
-            "no data", f"{recording.name}: the filter never navigates: see what hnav filter --filter ins says of it"
+            "no data",
+            f"{recording.name}: the filter never navigates, so there is nothing to compare: leave --truth out to see why",
         )
     ready = np.flatnonzero(run.ready[:, 1])
     first = int(ready[0]) if len(ready) else int(np.argmax(navigating))

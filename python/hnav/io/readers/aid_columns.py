@@ -37,7 +37,7 @@ _UNITS = {
 _NAMES = {
     "lat_deg": "lat latitude",
     "lon_deg": "lon lng long longitude",
-    "alt_m": "alt altitude height hgt ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele",
+    "alt_m": "alt altitude height hgt ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele hmsl altitudemsl heightmsl altmsl",
     "vn": "vn vnorth northv velocityn velocitynorth veln velnorth northvelocity speednorth northspeed vnorthing",
     "ve": "ve veast eastv velocitye velocityeast vele veleast eastvelocity speedeast eastspeed",
     "vd": "vd vdown downv velocityd velocitydown veld veldown downvelocity speeddown downspeed",
@@ -86,6 +86,8 @@ _ONLY_WITH_UNIT_OR_FILLER = {
     "press",
     "baro",
 }
+_DATUMS = {"wgs84", "egm96", "msl", "ellipsoid"}
+"""What brackets may hold beside a unit."""
 _SQUEEZED = str.maketrans(dict.fromkeys(' ^*_·"', "") | {"°": "deg", "²": "2", "⁻": "-", "¹": "1"})
 _BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*")
 
@@ -106,6 +108,7 @@ def aid_column(name: str) -> AidColumn | None:
     stated = ""
     if match := _BEHIND_BRACKETS.fullmatch(text):
         text, stated = match.groups()
+        stated = "" if stated.lower() in _DATUMS else stated
     tokens = [token.lower() for token in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", text.replace("°", "deg"))]
     bare = [token for token in tokens if token not in _FILLERS]
     for end in range(len(bare), 0, -1):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -43,6 +43,21 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
         one = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s)
         samples[kind] = one.rows(present(kind, one))
     return samples
+
+
+def left_out(roles: Collection[str]) -> Iterator[str]:
+    """Notes on columns that are no samples because another one is missing. roles: of all columns of the table."""
+    place = [role for role in ("lat_deg", "lon_deg", "alt_m") if role in roles]
+    if 0 < len(place) < 3 and place != ["alt_m"]:
+        missing = [role for role in ("lat_deg", "lon_deg", "alt_m") if role not in place]
+        yield f"positions were left out: {', '.join(place)} without {', '.join(missing)}"
+    if "vn" in roles and "ve" in roles:
+        return
+    if "course_deg" in roles and "speed_m_s" in roles:
+        yield "course_deg was left out: speed_m_s is along body x; with a course a speed over ground is called ground_speed"
+    elif ("course_deg" in roles) != ("ground_speed" in roles):
+        there, other = ("course_deg", "ground_speed") if "course_deg" in roles else ("ground_speed", "course_deg")
+        yield f"velocities were left out: {there} without {other}"
 
 
 def present(kind: str, one: AidSamples) -> np.ndarray:
