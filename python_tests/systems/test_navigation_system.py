@@ -101,7 +101,8 @@ def test_every_scenario_runs_and_stays_with_the_truth(scenario):
         run = simulate(loaded, scenario, seed=3, stop_s=40.0)
     seen = navigators(run)[0]
     assert run.about["failure"] == "" and not sum(run.about["lost"].values())
-    assert seen.known[-1] and np.hypot(*seen.off_m[-1, :2]) < 10
+    # Where the heading is not yet found, the latency of the fixes is not known either: 0.12 s of the way.
+    assert seen.known[-1] and np.hypot(*seen.off_m[-1, :2]) < 12 and (np.abs(seen.off_m[-1]) < 3 * seen.sigma_m[-1]).all()
     assert not seen.is_false
     assert run["ins.count.gnss_used"][-1] > 190 and run["ins.count.baro_used"][-1] > 390
     assert run["ins.count.late"][-1] == 0
