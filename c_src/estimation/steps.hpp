@@ -14,8 +14,8 @@
 
 namespace hnav {
 
-constexpr double steps_window_s =
-    20; // chosen: the errors by which a step shows grow for some seconds, and a long window hides the next one
+// Chosen: the errors by which a step shows grow for some seconds, and a long window hides the next one.
+constexpr double steps_window_s = 20;
 
 // Part of a filter's state: numbers of one kind only.
 template <int count, class R = double>

@@ -260,6 +260,7 @@ double noise_of(const State& s, int channel) {
 
 // Accepts a jump that lasts. Before the heading is found the first fix may be the wrong one; only later fixes can decide.
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
+    // Errors of positions last for some fixes: without the 2 s a flight past the pole, 2 m off at a stated 0.5 m, starts again and again.
     constexpr double refusals_when_free = 3, lasting_s = 2, fresh_s = 10;
     if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= refusals_when_free &&
         has_lasted(event.t_s - s.refused_since_s[m.channel], lasting_s) && is_within(event.t_s - s.last_s[position], fresh_s)) {

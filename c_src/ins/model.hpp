@@ -298,8 +298,8 @@ inline bool is_absolute(const Measurement& m) {
     return m.channel == position || m.channel == velocity || (m.channel == rest && m.rows == 3);
 }
 inline bool is_free(const State& s) { return s.phase == Phase::any_heading; }
-// The estimated one.
 Vector3 displacement(const State& s); // from the anchor, without the lag that it has while the heading is searched
+// The estimated one.
 inline earth::Place place_of(const State& s) { return earth::place_of(vec(s.anchor_e) + mat(s.axes) * vec(s.x)); }
 // Whether the last correction used a fix: monitors of fixes act once for each of them, at the event after it.
 inline bool has_judged(const State& s) {

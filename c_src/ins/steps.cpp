@@ -41,8 +41,7 @@ void Model::take_steps(State& s, Covariance& P, int window, const Steps<may_step
 // look like steps: one of 160 trains with consumer sensors would have a wrong tilt that is ready for two thirds of its time.
 void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     if (is_free(s)) return;
-    // Sigmas of the steps of usual faults, and limit: chosen. By chance a window exceeds the limit with a probability of
-    // 1e-4.
+    // Sigmas of the steps of usual faults, and limit: chosen. By chance a window exceeds the limit with a probability of 1e-4.
     constexpr double angle_rad = 0.05, gyro_rad_s = 0.02, accel_m_s2 = 1, limit = 18;
     constexpr double sigmas[may_step] = {angle_rad,  angle_rad,  angle_rad,  gyro_rad_s, gyro_rad_s,
                                          gyro_rad_s, accel_m_s2, accel_m_s2, accel_m_s2};

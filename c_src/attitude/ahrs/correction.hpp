@@ -108,9 +108,9 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
     ((event.has(heading + after_heading) ? correct_by<Aid<heading + after_heading>>(s, c, event) : void()), ...);
 }
 
-// gamma is finite until the horizon is ready, because the initial error may exceed its sigma; without a force nothing would stop the
-// growth. The heading is not inflated: a heading that
-// was wrong from the start is found by evidence (reference_field.hpp), which an inflated sigma would hide.
+// gamma is finite until the horizon is ready, because the initial error may exceed its sigma; without a force nothing would stop the growth.
+// The heading is not inflated: a heading that was wrong from the start is found by evidence (reference_field.hpp), which an inflated sigma
+// would hide.
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;

@@ -88,8 +88,9 @@ class InsReference:
     """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
-    VERTICAL_LATE_S = 0.06
     """Of GNSS, each axis, unless stated otherwise."""
+    VERTICAL_LATE_S = 0.06
+    """Sigma of the delay that receivers add to the vertical."""
 
     def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array):
         """At the first fix: place is latitude and longitude in rad, and height."""

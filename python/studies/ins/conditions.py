@@ -9,7 +9,7 @@ import numpy as np
 
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.library import SENSORS
-from studies.ins.vehicles import Samples, Truth, fixes
+from studies.ins.vehicles import Samples, Truth, arriving, fixes
 
 OFF_RAD = np.radians(170.0)
 COMPASS_SIGMA_RAD = 0.1
@@ -54,9 +54,7 @@ def _wrong_first_fixes(samples: Samples, _: Truth, rng: np.random.Generator) -> 
 
 
 def _late(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
-    """Stamps that name the time of arrival."""
-    valid, _received, sensor, value = samples.aids.arrays()
-    return replace(samples, aids=fixes(valid + LATE_S, sensor, value))
+    return arriving(samples, LATE_S)
 
 
 def _wheels(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:

@@ -22,7 +22,7 @@ from hnav.native.library import SENSORS
 from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
 from studies.ins.flight import FIRST_S, LANDING_S, Flight
-from studies.ins.vehicles import Samples, Truth, fixes, receiver, starts_of, vehicle
+from studies.ins.vehicles import Samples, Truth, arriving, fixes, receiver, starts_of, vehicle
 from studies.processes import in_order
 
 BEGIN_S = 90.0
@@ -150,13 +150,7 @@ def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
 
 
 def _late(seconds: float) -> Spoiler:
-    """Stamps that name the time of arrival, so many seconds after that of validity."""
-
-    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-        valid, _received, sensor, value = samples.aids.arrays()
-        return replace(samples, aids=fixes(valid + seconds * hit, sensor, value))
-
-    return spoilt
+    return lambda samples, _, hit: arriving(samples, np.where(hit, seconds, 0.0))
 
 
 def _inertial(array: str, change: Callable[[Array], Array], for_good: bool) -> Spoiler:

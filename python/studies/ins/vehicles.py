@@ -5,7 +5,7 @@ recording, truth = vehicle("car", "industrial", seed)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -210,6 +210,12 @@ def fixes(valid_s: Array, sensor: np.ndarray, value: Array, received_s: Array | 
     aids = Aids().velocity(valid_s[velocity], value[velocity, :3], value[velocity, 3:], received_s[velocity])
     place = value[position, :3]
     return aids.position(valid_s[position], place[:, 0], place[:, 1], place[:, 2], value[position, 3:], received_s[position])
+
+
+def arriving(samples: Samples, late_s: Array | float) -> Samples:
+    """Stamps that name the time of arrival, so long after that of validity: of all fixes, or of each."""
+    valid, _received, sensor, value = samples.aids.arrays()
+    return replace(samples, aids=fixes(valid + late_s, sensor, value))
 
 
 def fields(rng: np.random.Generator, truth: Truth) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ from hnav.io.aids import AIDS, AidSamples
 from hnav.io.readers.columns import Column
 from hnav.units import S_PER
 
+PLACE = ("lat_deg", "lon_deg", "alt_m")
 # Smallest medians that are read as Pa and as hPa where the column name states no unit; smaller ones are kPa.
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
@@ -45,11 +46,10 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
     return samples
 
 
-def left_out(roles: Collection[str]) -> Iterator[str]:
+def lonely(roles: Collection[str]) -> Iterator[str]:
     """Notes on columns that are no samples because another one is missing. roles: of all columns of the table."""
-    place = [role for role in ("lat_deg", "lon_deg", "alt_m") if role in roles]
-    if 0 < len(place) < 3 and place != ["alt_m"]:
-        missing = [role for role in ("lat_deg", "lon_deg", "alt_m") if role not in place]
+    place, missing = ([role for role in PLACE if (role in roles) == there] for there in (True, False))
+    if missing and place not in ([], ["alt_m"]):
         yield f"positions were left out: {', '.join(place)} without {', '.join(missing)}"
     if "vn" in roles and "ve" in roles:
         return
@@ -68,7 +68,7 @@ def present(kind: str, one: AidSamples) -> np.ndarray:
 
 
 def _position(given: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    if not all(role in given for role in ("lat_deg", "lon_deg", "alt_m")):
+    if not all(role in given for role in PLACE):
         return None
     return np.stack([np.radians(given["lat_deg"]), np.radians(given["lon_deg"]), given["alt_m"]], axis=1)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from hnav.io.readers.aids import aids_in, left_out
+from hnav.io.readers.aids import aids_in, lonely
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
@@ -108,7 +108,7 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     t_s, time_unit, notes = times_of(shown, timed, wishes, by_format)
     streams: list[Stream] = []
     aids = aids_in(timed.columns, timed.values, t_s)
-    notes = (*notes, *left_out(timed.columns))
+    notes = (*notes, *lonely(timed.columns))
     if wishes.only_aids:
         return Raw(name or "table", streams, time_unit, notes, aids=aids)
     for sensor in ARRAYS:
