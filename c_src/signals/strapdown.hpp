@@ -87,7 +87,7 @@ private:
     // The difference between a sample and the mean of its neighbours: vibration, and the noise of the sensor. A motion that
     // the sampling resolves leaves nothing there.
     void note_vibration(const Vector3& new_rate, const Vector3& new_force, double interval_s) {
-        constexpr double memory_s = 2, longest_s = 0.5;
+        constexpr double memory_s = 2, longest_s = 1; // longer is a gap, after which INS starts again
         if (!(interval_s > 0) || !(interval_s < longest_s)) return;
         const double share = interval_s / (memory_s + interval_s);
         const Vector3 w = new_rate - 2 * vector(rate) + vector(past_turn[1]) / past_interval_s;

@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_mistaken_ = said_implausible_ = refusal_logged_ = judged_ = false;
+    said_lost_ = said_sparse_ = said_mistaken_ = said_implausible_ = refusal_logged_ = judged_ = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -288,13 +288,17 @@ void Instance::say_what_was_lost(double apart_s) {
     }
     if (said_lost_) return;
     const Lost lost = model_->lost();
-    said_lost_ = lost.by != nullptr;
-    if (lost.by && lost.period_s > 0)
+    if (!lost.by || (lost.sparse && said_sparse_)) return;
+    (lost.sparse ? said_sparse_ : said_lost_) = true;
+    if (lost.sparse)
+        warn("communication step %g s > %s = %g s: inputs are one sample of each step, so the filter learns less", apart_s,
+             lost.by, lost.period_s);
+    else if (lost.period_s > 0)
         fail(
             "warning: communication step %g s > %s = %g s: samples are lost, and counted by count.missed; take a step that divides the "
             "period, or another period%s",
             apart_s, lost.by, lost.period_s, model_->can_hold() ? ", or sampling_mode = auto" : "");
-    else if (lost.by)
+    else
         fail(
             "warning: %s rose by more than 1 within a communication step of %g s: samples are lost, and counted by count.missed; take "
             "shorter steps",

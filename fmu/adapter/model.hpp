@@ -16,10 +16,11 @@ struct Message {
 };
 
 // Which samples were lost: by the name of the period parameter and its value, or by the name of the counter, which has no
-// value.
+// value. sparse: none, but steps longer than the period have one sample each.
 struct Lost {
     const char* by = nullptr;
     double period_s = 0;
+    bool sparse = false;
 };
 
 // Of the default experiment.
@@ -100,7 +101,7 @@ public:
 
     // Takes the new samples in values at t_s; a second call takes none. True when a sample was taken.
     virtual bool take_samples(double* values, double t_s) = 0;
-    // Prefix of the first sensor that has lost a sample, and the name of its period or counter; by is null if none has.
+    // The period or counter of the first sensor that has lost a sample; by is null if none has.
     virtual Lost lost() const { return {}; }
     // The first counter that changed after samples had been taken at the period of its sensor; null if there is none.
     virtual const char* mistaken() const { return nullptr; }

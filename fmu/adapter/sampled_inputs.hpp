@@ -32,6 +32,7 @@ struct SampledInputs {
     SamplingClock clock[most];
     double missed; // samples that were lost
     double first_missed; // the input that first lost one, counted from 1; 0 while none has
+    double first_sparse; // likewise, the first with a step longer than its period, in automatic mode
     double first_mistaken; // likewise, the one whose counter first changed after samples at its period
 
     // Whether input i has a new sample at t_s. now, t_meas_s: see SamplingClock.
@@ -39,8 +40,10 @@ struct SampledInputs {
         if (!clock[i].take(t_s, now, t_meas_s, sample)) return false;
         // A sensor that is declared invalid loses no periodic samples, only those that its counter counts.
         if (valid || clock[i].mode == counter) {
-            missed += sample->lost;
-            if (sample->lost > 0 && first_missed == 0) first_missed = i + 1;
+            const bool sparse = clock[i].mode == automatic;
+            double& first = sparse ? first_sparse : first_missed;
+            if (sample->lost > 0 && first == 0) first = i + 1;
+            if (!sparse) missed += sample->lost;
         }
         if (valid) clock[i].by_period = 1;
         return valid;
@@ -106,13 +109,15 @@ struct SampledInputs {
         return first_mistaken > 0 ? name(static_cast<int>(first_mistaken) - 1, true) : nullptr;
     }
 
-    // The message about the first lost sample. name(i, by_counter): of the counter of input i, or of its period.
+    // The message about the first lost sample, or else the first long step. name(i, by_counter): of the counter of input i, or
+    // of its period.
     template <class Name>
     Lost lost(Name&& name) const {
-        if (first_missed == 0) return {};
-        const int i = static_cast<int>(first_missed) - 1;
+        const double first = first_missed > 0 ? first_missed : first_sparse;
+        if (first == 0) return {};
+        const int i = static_cast<int>(first) - 1;
         const bool counted = clock[i].mode == counter;
-        return {name(i, counted), counted ? 0 : clock[i].period_s};
+        return {name(i, counted), counted ? 0 : clock[i].period_s, first_missed == 0};
     }
 };
 

@@ -34,10 +34,10 @@ constexpr Choice sampling_modes[] = {
     {"counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"},
     {"held",
      "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they "
-     "were constant"},
+     "were constant and without noise"},
     {"auto",
-     "As periodic, and a sample that a longer communication step would lose is taken inside it, of the held inputs; from the "
-     "first change of a sensor's counter on as counter"},
+     "As periodic, where a longer communication step has one sample of each sensor and loses none; from the first change of a "
+     "sensor's counter on as counter"},
 };
 
 struct NewSample {
@@ -61,9 +61,7 @@ struct SamplingClock {
         if (mode == counter) return counter_changed(now, &sample->lost);
         if (!period_elapsed(t_s, &sample->lost)) return false;
         // A held value belongs to one period, whatever the rounding of the communication point.
-        const double own_s = start_s + (due - 1) * period_s;
-        const bool on_time = mode == automatic && std::fabs(t_s - own_s) <= time_tolerance(t_s, period_s);
-        sample->t_s = mode == held || on_time ? own_s : t_s;
+        sample->t_s = mode == held ? start_s + (due - 1) * period_s : t_s;
         return true;
     }
 
@@ -85,13 +83,14 @@ struct SamplingClock {
         return mode != counter && period_s > 0 ? start_s + due * period_s : std::numeric_limits<double>::infinity();
     }
 
-    // Time of the next sample inside a step to end_s; infinity if there is none. An automatic clock takes the last sample of
-    // a step at its end, where the inputs are new.
+    // Time of the next sample inside a step to end_s; infinity if there is none.
     double next_inside_s(double end_s) const {
-        const double at_s = next_s(), near_s = time_tolerance(end_s, period_s);
-        const bool inside = mode == held ? at_s < end_s - near_s : mode == automatic && at_s + period_s <= end_s + near_s;
-        return inside ? at_s : std::numeric_limits<double>::infinity();
+        const bool inside = mode == held && next_s() < end_s - time_tolerance(end_s, period_s);
+        return inside ? next_s() : std::numeric_limits<double>::infinity();
     }
+
+    // Whether the inputs of a sample are readings of its instant: nothing else says what interval they stand for.
+    bool reads_instants() const { return mode == periodic || mode == automatic; }
 
 private:
     // A counter that increased by more than one has counted samples between two communication points.

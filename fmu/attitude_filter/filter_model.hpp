@@ -3,6 +3,7 @@
 
 #include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
+#include "adapter/reading.hpp"
 #include "adapter/unit_check.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
@@ -19,6 +20,8 @@ struct FilterMemory : EstimateMemory<sensors> {
     double was_realigned; // in Model Exchange: the importer's states are still to be
     double now_s;         // of the last step
     double behind;        // 1: outputs of the look-ahead must still be computed for now_s
+    double takes_means;   // 1: a rate stands for the interval before its sample
+    Reading rate;
     UnitCheck units;
 };
 
@@ -47,6 +50,7 @@ public:
         if (!make(why, Kind::create, &options)) return false;
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
+        memory_.takes_means = options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, Inputs::periods, why);
     }
 
@@ -127,12 +131,19 @@ private:
 
     hnav_status push(int s, double t_s, const double* value) {
         switch (s) {
-        case HNAV_SENSOR_GYRO: memory_.units.take_rate(t_s, value); return hnav_filter_push_gyro(object_, t_s, value);
+        case HNAV_SENSOR_GYRO: return push_rate(t_s, value);
         case HNAV_SENSOR_ACCEL: memory_.units.take_force(value); return hnav_filter_push_accel(object_, t_s, value);
         case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
         case HNAV_SENSOR_HEADING: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
         default: return hnav_filter_push_speed(object_, t_s, value[0], value[1]);
         }
+    }
+
+    hnav_status push_rate(double t_s, const double* value) {
+        memory_.units.take_rate(t_s, value);
+        double rate[3] = {value[0], value[1], value[2]};
+        if (memory_.takes_means != 0 && memory_.sampled.clock[HNAV_SENSOR_GYRO].reads_instants()) memory_.rate.to_mean(rate);
+        return hnav_filter_push_gyro(object_, t_s, rate);
     }
 
     Inputs in_{};

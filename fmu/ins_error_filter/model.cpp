@@ -15,6 +15,7 @@ struct FilterMemory {
     double newest_s, before_s; // times of the two newest samples
     double u[nu];
     double samples, missed, non_finite, failed;
+    double sparse; // intervals without a measurement within longer steps, in automatic mode
     double mistaken; // 1: the counter changed after samples at the period
 };
 
@@ -55,7 +56,7 @@ public:
         }
         if (rising(values[at_.reset], &memory_.reset_level) || mistaken) {
             hnav_ins_error_filter_reset(object_);
-            memory_.samples = memory_.missed = memory_.non_finite = memory_.failed = 0;
+            memory_.samples = memory_.missed = memory_.sparse = memory_.non_finite = memory_.failed = 0;
             taken = true;
         }
         NewSample sample;
@@ -83,8 +84,9 @@ public:
     const char* mistaken() const override { return memory_.mistaken != 0 ? "z.sample" : nullptr; }
 
     Lost lost() const override {
-        if (memory_.missed == 0) return {};
-        return memory_.clock.mode == counter ? Lost{"z.sample", 0} : Lost{"interval", memory_.clock.period_s};
+        if (memory_.missed == 0 && memory_.sparse == 0) return {};
+        if (memory_.clock.mode == counter) return {"z.sample", 0};
+        return {"interval", memory_.clock.period_s, memory_.missed == 0};
     }
 
     bool advance(double, Message*) override { return true; }
@@ -131,7 +133,7 @@ private:
     // whenever it arrives.
     void pass_lost(const NewSample& sample) {
         if (info().steps == 0) return;
-        memory_.missed += sample.lost;
+        (memory_.clock.mode == automatic ? memory_.sparse : memory_.missed) += sample.lost;
         double nothing[nx];
         no_measurement(nothing);
         // After so many steps the start no longer matters, and a counter that jumps by millions must not block the

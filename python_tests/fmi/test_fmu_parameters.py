@@ -306,18 +306,30 @@ def test_the_default_call_of_fmpy_loses_no_samples(version, capsys):
 
 @filters
 @versions
-@pytest.mark.parametrize("mode", ("held", "auto"))
-def test_held_inputs_are_a_sample_at_each_period_inside_a_longer_step(name, version, mode):
+def test_held_inputs_are_a_sample_at_each_period_inside_a_longer_step(name, version):
     """The same samples as at the period's own step, so the same bits."""
     found = []
     for step_s in (0.01, 0.08, 0.4, 2.0):
         with Fmu(fmu_path(name, version)) as fmu:
-            fmu.set("sampling_mode", mode)
+            fmu.set("sampling_mode", "held")
             fmu.initialise()
             run_steps(fmu, step_s, 2)
             assert fmu.get("count.missed") == 0 and fmu.messages == []
             found.append([fmu.get(v) for v in ("count.accel_used", *[f"post.q[{i}]" for i in range(1, 5)], "cov.P[1,1]")])
     assert found[0][0] == 200 and all(one == found[0] for one in found)
+
+
+@filters
+@versions
+def test_auto_takes_one_sample_of_a_longer_step_and_says_so_once(name, version):
+    with Fmu(fmu_path(name, version)) as fmu:
+        fmu.initialise()
+        run_steps(fmu, 0.08, 2)
+        assert fmu.get("count.accel_used") == 25 and fmu.get("count.missed") == 0
+        assert (
+            len(fmu.messages) == 1
+            and "communication step 0.08 s > gyro.period = 0.01 s: inputs are one sample" in fmu.messages[0]
+        )
 
 
 SEEN = ("count.accel_used", *[f"post.q[{i}]" for i in range(1, 5)], "post.t", "cov.P[1,1]")
@@ -371,6 +383,16 @@ def test_held_inputs_of_the_filter_of_an_ins(version):
         for k in range(4):
             fmu.do_step(0.5 * k, 0.5)
         assert fmu.get("count.samples") == 20 and fmu.get("count.missed") == 0 and fmu.messages == []
+
+
+@versions
+def test_steps_of_several_intervals_are_one_sample_of_the_filter_of_an_ins(version):
+    with Fmu(fmu_path("InsErrorFilterLateral", version)) as fmu:
+        fmu.initialise()
+        for k in range(4):
+            fmu.do_step(0.5 * k, 0.5)
+        assert fmu.get("count.samples") == 4 and fmu.get("count.missed") == 0
+        assert len(fmu.messages) == 1 and "communication step 0.5 s > interval = 0.1 s: inputs are one sample" in fmu.messages[0]
 
 
 @versions

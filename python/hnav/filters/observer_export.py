@@ -35,11 +35,11 @@ _MODES = (
     ("counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"),
     (
         "held",
-        "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant",
+        "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant and without noise",
     ),
     (
         "auto",
-        "As periodic, and a sample that a longer communication step would lose is taken inside it, of the held inputs; from the first change of a sensor's counter on as counter",
+        "As periodic, where a longer communication step has one sample of each sensor and loses none; from the first change of a sensor's counter on as counter",
     ),
 )
 
