@@ -194,3 +194,35 @@ def test_a_run_that_never_started_has_a_page_too(tmp_path, drive):
 
     run = library.Ins("industrial").run_recording(replace(drive, aids={}).cropped(2.0))
     assert write_navigation_report(run, tmp_path / "page.html") == ["known"]
+
+
+def test_a_sensor_whose_z_points_up_is_said_with_what_levels_it(tmp_path, drive):
+    upright = np.array([1.0, -1.0, -1.0])
+    turned = replace(drive, rate_b_rad_s=drive.rate_b_rad_s * upright, force_b_m_s2=drive.force_b_m_s2 * upright)
+    path, out = write_drive(tmp_path / "up.csv", turned), tmp_path / "out.csv"
+    done = hnav("filter", path, "--filter", "ins", "--preset", "industrial", "--out", out)
+    assert (
+        done.returncode == 0 and "z axis of the sensor points up" in done.stderr and "--set q_body_sensor=0,1,0,0" in done.stderr
+    )
+    done = hnav("filter", path, "--filter", "ins", "--preset", "industrial", "--set", "q_body_sensor=0,1,0,0", "--out", out)
+    assert done.returncode == 0 and not done.stderr
+    assert np.abs(pd.read_csv(out, comment="#")["roll"].iloc[-1]) < 30
+
+
+def test_velocities_in_another_unit_are_said(tmp_path):
+    samples, _ = vehicle("car", "industrial", 11, 150.0)
+    fast = as_recording(samples)
+    velocity = fast.aids["velocity"]
+    fast = replace(fast, aids={**fast.aids, "velocity": replace(velocity, values=3.6 * velocity.values)})
+    path = write_drive(tmp_path / "fast.csv", fast)
+    done = hnav("filter", path, "--filter", "ins", "--preset", "industrial", "--out", tmp_path / "out.csv")
+    assert done.returncode == 0 and "this looks like km/h" in done.stderr
+    checked = hnav("check", path)
+    assert checked.returncode == 1 and "this looks like km/h" in checked.stdout
+
+
+def test_columns_that_nothing_reads_are_named(tmp_path, drive):
+    path = write_drive(tmp_path / "drive.csv", drive)
+    table = pd.read_csv(path).assign(rpm=900, door_open=0)
+    table.to_csv(path, index=False)
+    assert "columns not read: rpm, door_open" in hnav("check", path).stdout

@@ -10,7 +10,7 @@ import recorded
 from hnav import read
 from hnav.filters.ins_recording import aids_of
 from hnav.io.aids import arrived_within
-from hnav.io.plausibility import check_aids
+from hnav.io.plausible_aids import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.aid_columns import aid_column
 from hnav.io.readers.pieces import long_table

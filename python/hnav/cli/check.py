@@ -10,7 +10,7 @@ import typer
 from hnav.cli.console import say
 from hnav.cli.recordings import Reading, lines_of, with_reading
 from hnav.cli.words import with_options
-from hnav.io.plausibility import check_aids
+from hnav.io.plausible_aids import check_aids
 
 IMPLAUSIBLE = 1  # exit code
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from hnav.cli import navigation
@@ -36,7 +35,7 @@ from hnav.cli.parameters import (
     Workers,
     parse_settings,
 )
-from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of, with_reading
+from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_reading, z_points_up
 from hnav.cli.wanted import Wanted, preset_and_settings, reading_at
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
@@ -55,7 +54,6 @@ FORMS = (".csv", *PARQUET, TUM, GPX)
 """Of tables; without a suffix, as of a pipe, CSV."""
 Z_UP = ("phone", "phyphox", "sensor-logger", "sensor-logger-json")
 """Formats of devices whose z axis points up at rest."""
-LEVEL = 0.7  # of the mean force along z
 WARNED_S = 1.0  # a sensor that was faulty for longer gives a warning
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
@@ -182,10 +180,7 @@ def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) 
         return {**settings, "navigation_frame": "enu"}, [
             "attitude to east, north, up, as telephones have it; --frame ned for the other"
         ]
-    _, force = data.samples("accel")
-    mean = force.mean(axis=0) if len(force) else np.zeros(3)
-    upward = mean[2] > LEVEL * float(np.linalg.norm(mean)) > 0
-    note = ["the z axis of the sensor points up, which is a roll of 180 deg in ned: --frame enu has it level"] if upward else []
+    note = [f"{Z_POINTS_UP}: --frame enu has it level"] if z_points_up(data) else []
     return {**settings, "navigation_frame": "ned"}, note
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.cli.console import bar, say, working
-from hnav.cli.recordings import Reading, lines_of, read_as, warn, warnings_of
+from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, z_points_up
 from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.ins_aids import AIDS
@@ -21,7 +21,7 @@ from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
-from hnav.io.plausibility import check_aids
+from hnav.io.plausible_aids import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
@@ -30,6 +30,7 @@ from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 NAME = INS
 SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
+LEVELLED = "--set q_body_sensor=0,1,0,0"
 PAIRED = "gyroscope and accelerometer come in lines of their own, and live the INS needs both in one: record the samples, and filter the file"
 # A finding about recordings for attitude filters only: the INS does not need a magnetometer.
 OF_THE_FIELD = "mag"
@@ -69,7 +70,7 @@ def refuse(**given: object) -> None:
     reasons = {
         "--engine": "the navigation filter runs in C: leave it out",
         "--step": "the navigation filter takes samples as they come: leave it out",
-        "--frame": "the navigation filter answers north, east, down: leave it out",
+        "--frame": f"the navigation filter answers north, east, down: leave it out; of a sensor whose z points up give {LEVELLED}",
     }
     for name, value in given.items():
         if value:
@@ -92,15 +93,17 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
     table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
     made = made_by(recording, wanted)
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
-        warnings = warnings_of(recording, of_navigation(table.findings), wanted.strict, wanted.force)
-        outcome, read = Outcome(), read_as(next(iter(table)))
+        first = with_aids(next(iter(table)), given)
+        found = [*of_navigation(table.findings), *check_aids(first)]
+        warnings = warnings_of(recording, found, wanted.strict, wanted.force) + level_note(recording, first, options)
+        outcome, read = Outcome(), read_as(first)
         write_out(out, runs(table, run, outcome), made, recording.stem)
     else:
         data = read_navigation(recording, given, options, reading)
         data = corrected(data) if corrected is not None else data
         found = [*of_navigation(reading.check(data)), *check_aids(data)]
         warnings = warnings_of(recording, found, wanted.strict, wanted.force)
-        warnings += [f"note: {recording.name}: {note}" for note in left_out(data)]
+        warnings += [f"note: {recording.name}: {note}" for note in left_out(data)] + level_note(recording, data, options)
         run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
         parts = [smoothed(data, run, outcome)] if wanted.smooth else list(runs(InMemory(data), run, outcome))
         if out is not None:
@@ -149,6 +152,13 @@ def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Option
 def left_out(data: Recording) -> list[str]:
     """What of the file is not used, and why."""
     return [note for note in (data.origin.notes if data.origin else ()) if "left out" in note]
+
+
+def level_note(path: Path, data: Recording, options: Options) -> list[str]:
+    """That the output will be upside down, with the cure."""
+    if tuple(options.q_body_sensor) != (1, 0, 0, 0) or not z_points_up(data):
+        return []
+    return [f"note: {path.name}: {Z_POINTS_UP}: {LEVELLED} has it level"]
 
 
 def refuse_unaided(path: Path, data: Recording, options: Options) -> None:

@@ -12,7 +12,7 @@ from hnav.cli.navigation import aids_given, of_navigation, options_of, read_navi
 from hnav.cli.recordings import warn, warnings_of
 from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
-from hnav.io.plausibility import check_aids
+from hnav.io.plausible_aids import check_aids
 from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_type_hints
 
+import numpy as np
+
 from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
 from hnav.cli.words import UsageError, finding_line
 from hnav.io.findings import Finding
@@ -21,6 +23,9 @@ from hnav.io.recordings import Recording
 
 SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
 """Separator between gx=1 and gy=2; axes contain commas too."""
+Z_POINTS_UP = "the z axis of the sensor points up, which is a roll of 180 deg in ned"
+UPWARD = 0.7
+"""Share of the mean force along z."""
 
 
 def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
@@ -89,6 +94,13 @@ def with_reading(command: Callable[..., None]) -> Callable[..., None]:
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
     called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
     return called
+
+
+def z_points_up(data: Recording) -> bool:
+    """Whether the mean force of the recording points along z, against which gravity pulls."""
+    _, force = data.samples("accel")
+    mean = force.mean(axis=0) if len(force) else np.zeros(3)
+    return bool(mean[2] > UPWARD * float(np.linalg.norm(mean)) > 0)
 
 
 def read_as(data: Recording) -> str:

@@ -32,9 +32,9 @@ class Finding:
     """error, warning or note."""
     code: str
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
-    absent or not_testable."""
+    absent, contradiction or not_testable."""
     sensor: str
-    """gyro, accel, mag or time; position or velocity of the aids."""
+    """gyro, accel, mag or time; position, velocity or speed of the aids."""
     message: str
     """What was found, with its number."""
     argument: str | None = None

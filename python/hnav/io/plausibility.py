@@ -361,15 +361,3 @@ def warn_of_meaningless(
             cure = f"multiply by {si_per(finding.sensor, finding.value):.6g}" if known else finding.cure
             cure = ARRAYS_OF_THE_SOUTH if finding.code == "sign" else cure
             warnings.warn(f"{finding.sensor}: {finding.message}; {cure}", PlausibilityWarning, stacklevel=3)
-
-
-def check_aids(recording: Recording) -> list[Finding]:
-    """Implausible aiding samples, which attitude filters do not read."""
-    found = []
-    for kind in ("position", "velocity"):
-        if (one := recording.aids.get(kind)) is not None and len(one.t_s) >= max(ENOUGH, 0.5 * len(recording.t_s)):
-            share = 1 - len(one.without_repeats().t_s) / len(one.t_s)
-            if share > REPEATED_FIELDS:
-                shown = f"{100 * share:.0f} % of the rows repeat the fix before: each would count as a new one"
-                found.append(warning("repeated", kind, shown, "drop_repeats", "yes"))
-    return found

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
-SHOWN_CHARACTERS, SHOWN_COLUMNS = 40, 20
+SHOWN_CHARACTERS, SHOWN_COLUMNS, MOST_NAMES = 40, 20, 12
 EARTH_UT = (18.0, 80.0)
 MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 """Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
@@ -262,7 +262,16 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
         frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
-    return replace(table_by(shown, frame, plan), notes=(*notes, *more))
+    return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan)))
+
+
+def _not_read(plan: Plan) -> Iterator[str]:
+    """The named columns that have no role."""
+    read = {column.place for column in plan.columns.values()}
+    names = [name.strip() for place, name in enumerate(plan.layout.names) if place not in read and name.strip()]
+    if names:
+        shown = ", ".join(names[:MOST_NAMES]) + (f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else "")
+        yield f"columns not read: {shown}"
 
 
 def without_zeros(data: bytes) -> bytes:

@@ -1,0 +1,157 @@
+"""Whether positions, velocities and speeds of the same recording describe one track.
+
+Over windows of 10 s the displacement of the positions is compared with the integral of the velocities, as complex numbers (north + i
+east): as they are, with axes exchanged or negated, and with another scale, which is a unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from hnav.io.aids import AidSamples
+from hnav.io.findings import Finding, warning
+from hnav.io.readers.aid_columns import PER
+from hnav.io.recordings import Recording
+
+EARTH_M = 6.371e6
+REPEATED = 0.6  # share of fixes that equal the one before
+ENOUGH = 50  # fixes
+WINDOW_S, LONGEST_GAP_S = 10.0, 3.0
+FEWEST_WINDOWS = 8
+LEAST_WAY_M = 20.0  # rms in a window: above the noise of a receiver
+COHERENT, CONTRADICTING = 0.9, 0.5
+DIFFERENT, EQUAL = 0.4, 0.25  # relative difference of a track from what is compared with it
+SAME_SCALE = 1.25
+NEAR_UNIT = 1.12  # ratio to a unit's factor
+
+
+def check_aids(recording: Recording) -> list[Finding]:
+    """Implausible aiding samples, which attitude filters do not read."""
+    found = [*_repeated(recording)]
+    position = recording.aids.get("position")
+    if position is None or len(position.t_s) < FEWEST_WINDOWS:
+        return found
+    north_east_up = _metres(position)
+    if (velocity := recording.aids.get("velocity")) is not None:
+        found += _against_velocity(position, velocity)
+        found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
+    if (speed := recording.aids.get("speed")) is not None:
+        found += _against_speed(position.t_s, north_east_up, speed)
+    return found
+
+
+def _repeated(recording: Recording) -> Iterator[Finding]:
+    for kind in ("position", "velocity"):
+        one = recording.aids.get(kind)
+        if one is None or len(one.t_s) < max(ENOUGH, 0.5 * len(recording.t_s)):
+            continue
+        share = 1 - len(one.without_repeats().t_s) / len(one.t_s)
+        if share > REPEATED:
+            shown = f"{100 * share:.0f} % of the rows repeat the fix before: each would count as a new one"
+            yield warning("repeated", kind, shown, "drop_repeats", "yes")
+
+
+def _metres(position: AidSamples) -> np.ndarray:
+    """n x 3: north, east, up of the first fix, on a sphere: to half a percent."""
+    latitude, longitude, height = position.values.T
+    east_rad = np.angle(np.exp(1j * (longitude - longitude[0])))
+    return np.stack([EARTH_M * (latitude - latitude[0]), EARTH_M * np.cos(latitude[0]) * east_rad, np.nan_to_num(height)], -1)
+
+
+def _windows(t_s: np.ndarray, positions: np.ndarray, of: AidSamples, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Displacement of the positions, and integral of the values, over windows without a gap in either; each k x its columns."""
+    at = np.arange(max(t_s[0], of.t_s[0]), min(t_s[-1], of.t_s[-1]), WINDOW_S)
+    known = np.isfinite(values).all(axis=1)
+    times, values = of.t_s[known], values[known]
+    if len(at) < FEWEST_WINDOWS + 1 or len(times) < 2:
+        return np.empty((0, positions.shape[1])), np.empty((0, values.shape[1]))
+    way = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * np.diff(times)[:, None] * (values[1:] + values[:-1]), axis=0)])
+    there, travelled = (
+        np.diff(np.stack([np.interp(at, clock, column) for column in table.T], -1), axis=0)
+        for clock, table in ((t_s, positions), (times, way))
+    )
+    whole = np.ones(len(at) - 1, bool)
+    for clock in (t_s, times):
+        for begin_s in clock[:-1][np.diff(clock) > LONGEST_GAP_S]:
+            whole[max(0, np.searchsorted(at, begin_s) - 1) : np.searchsorted(at, clock[np.searchsorted(clock, begin_s) + 1])] = (
+                False
+            )
+    return there[whole], travelled[whole]
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.abs(values) ** 2)))
+
+
+def _difference(one: np.ndarray, other: np.ndarray) -> float:
+    """Relative to the larger: 0 if they are equal, about 1 if they have nothing in common."""
+    return _rms(one - other) / max(_rms(one), _rms(other), 1e-9)
+
+
+def _unit(scale: float) -> str:
+    """In words, the unit that velocities in m/s seem to have; scale: displacement to travelled."""
+    for name, factor in PER["velocity"].items():
+        if name != "m/s" and 1 / NEAR_UNIT < scale / factor < NEAR_UNIT:
+            return f"this looks like {name}, which the name of the column can say"
+    return "see the unit"
+
+
+def _against_velocity(position: AidSamples, velocity: AidSamples) -> Iterator[Finding]:
+    there, travelled = _windows(position.t_s, _metres(position)[:, :2], velocity, velocity.values[:, :2])
+    if len(there) < FEWEST_WINDOWS:
+        return
+    D, T = there @ [1, 1j], travelled @ [1, 1j]
+    if max(_rms(D), _rms(T)) < LEAST_WAY_M or _difference(D, T) < DIFFERENT:
+        return
+    exchanged = replace(position, values=position.values[:, [1, 0, 2]])
+    turned = _windows(position.t_s, _metres(exchanged)[:, :2], velocity, velocity.values[:, :2])[0] @ [1, 1j]
+    fits = {
+        "latitude and longitude look exchanged": _difference(turned, T),
+        "north and east look exchanged": _difference(D, 1j * T.conj()),
+        "east looks negated": _difference(D, T.conj()),
+        "north looks negated": _difference(D, -T.conj()),
+        "north and east look negated": _difference(D, -T),
+    }
+    best = min(fits, key=lambda name: fits[name])
+    coherence = abs(np.vdot(T, D)) / max(len(D) * _rms(D) * _rms(T), 1e-9)
+    shown = f"over 10 s the positions move by {_rms(D):.3g} m, the velocities by {_rms(T):.3g} m (rms)"
+    if fits[best] < EQUAL:
+        yield warning(
+            "axes", "velocity", f"the velocities contradict the positions: {best}", advice="see the columns", certain=True
+        )
+    elif coherence > COHERENT and not 1 / SAME_SCALE < _rms(D) / max(_rms(T), 1e-9) < SAME_SCALE:
+        yield warning("unit", "velocity", f"{shown}: {_unit(_rms(D) / max(_rms(T), 1e-9))}", certain=True)
+    elif coherence < CONTRADICTING:
+        yield warning(
+            "contradiction", "velocity", f"{shown}, in unrelated directions", advice="see the columns, and the clocks of both"
+        )
+
+
+def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Iterator[Finding]:
+    """The sign of the vertical velocity, where height changes enough."""
+    there, travelled = _windows(t_s, up, velocity, -velocity.values[:, 2:])
+    if len(there) < FEWEST_WINDOWS or _rms(there) < LEAST_WAY_M:
+        return
+    if np.vdot(travelled, there) < -COHERENT * len(there) * _rms(there) * _rms(travelled):
+        yield warning(
+            "sign",
+            "velocity",
+            "the height rises while the vertical velocity says down",
+            advice="down is positive: negate it",
+            certain=True,
+        )
+
+
+def _against_speed(t_s: np.ndarray, north_east_up: np.ndarray, speed: AidSamples) -> Iterator[Finding]:
+    there, travelled = _windows(t_s, north_east_up[:, :2], speed, np.abs(speed.values))
+    moved = np.abs(there @ [1, 1j])
+    far = moved > LEAST_WAY_M
+    if far.sum() < FEWEST_WINDOWS:
+        return
+    scale = float(np.median(moved[far] / np.maximum(travelled[far, 0], 1e-9)))
+    if not 1 / SAME_SCALE < scale < SAME_SCALE:
+        shown = f"over 10 s the positions move by {np.median(moved[far]):.3g} m, the speed by {np.median(travelled[far, 0]):.3g} m (median)"
+        yield warning("unit", "speed", f"{shown}: {_unit(scale)}", certain=True)

@@ -1,0 +1,84 @@
+"""Positions, velocities and speeds that describe different tracks."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from hnav.io.aids import AidSamples
+from hnav.io.plausible_aids import check_aids
+from hnav.io.readers.aid_columns import PER
+from hnav.io.recordings import Recording
+from hnav.reference.earth import axes_at, place_of, position_of
+
+PLACE = np.array([0.84, 0.2, 300.0])
+
+
+def driven(noise_m: float = 2.0, climb_m_s: float = 0.0, length_s: float = 200.0) -> Recording:
+    """A car on a winding road, 15 m/s, with a fix each second; climb_m_s: of an aircraft instead."""
+    rng = np.random.default_rng(5)
+    t = np.arange(0, length_s, 1.0)
+    course = 0.4 + 1.3 * np.sin(0.05 * t) + 0.01 * t
+    velocity = np.stack([15 * np.cos(course), 15 * np.sin(course), -climb_m_s * np.sin(0.07 * t)], 1)
+    way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]), axis=0)])
+    place = place_of(position_of(PLACE) + (way + noise_m * rng.normal(size=way.shape)) @ axes_at(PLACE).T)
+    samples = {
+        "position": (place, 2.0),
+        "velocity": (velocity + 0.1 * rng.normal(size=way.shape), 0.1),
+        "speed": (np.hypot(*velocity[:, :2].T)[:, None], 0.1),
+    }
+    aids = {kind: AidSamples(t, values, np.full(values.shape, sigma)) for kind, (values, sigma) in samples.items()}
+    often = np.arange(0, length_s, 0.1)
+    rows = np.zeros((len(often), 3))
+    return Recording("road", often, rows, rows + [0, 0, -9.81], None, aids=aids)
+
+
+def with_values(recording: Recording, kind: str, values: np.ndarray) -> Recording:
+    return dataclasses.replace(recording, aids={**recording.aids, kind: dataclasses.replace(recording.aids[kind], values=values)})
+
+
+def test_one_track_is_plausible_with_the_noise_of_a_receiver():
+    for recording in (driven(), driven(noise_m=5.0), driven(climb_m_s=5.0)):
+        assert check_aids(recording) == []
+
+
+@pytest.mark.parametrize("kind", ["velocity", "speed"])
+@pytest.mark.parametrize("unit", [name for name in PER["velocity"] if name != "m/s"])
+def test_another_unit_of_the_speed_is_named(kind, unit):
+    recording = driven()
+    (finding,) = check_aids(with_values(recording, kind, recording.aids[kind].values / PER["velocity"][unit]))
+    assert (finding.code, finding.sensor) == ("unit", kind) and f"looks like {unit}," in finding.message
+
+
+@pytest.mark.parametrize(
+    "kind, values, said",
+    [
+        ("position", lambda v: v[:, [1, 0, 2]], "latitude and longitude look exchanged"),
+        ("velocity", lambda v: v[:, [1, 0, 2]], "north and east look exchanged"),
+        ("velocity", lambda v: v * [1, -1, 1], "east looks negated"),
+        ("velocity", lambda v: v * [-1, 1, 1], "north looks negated"),
+        ("velocity", lambda v: v * [-1, -1, 1], "north and east look negated"),
+        ("velocity", lambda v: v * [1, 1, -1], "the height rises while the vertical velocity says down"),
+    ],
+)
+def test_axes_that_contradict_the_track_are_named(kind, values, said):
+    recording = driven(climb_m_s=5.0)
+    (finding,) = check_aids(with_values(recording, kind, values(recording.aids[kind].values)))
+    assert finding.level == "warning" and said in finding.message
+
+
+def test_velocities_of_another_drive_are_in_unrelated_directions():
+    recording = driven(length_s=400.0)
+    turning = np.exp(1j * np.random.default_rng(2).uniform(0, 2 * np.pi, 40)).repeat(10)
+    other = np.stack([15 * turning.real, 15 * turning.imag, 0 * turning.real], 1)
+    (finding,) = check_aids(with_values(recording, "velocity", other))
+    assert finding.code == "contradiction" and "unrelated directions" in finding.message
+
+
+def test_a_body_that_hardly_moves_and_one_with_gaps_show_nothing():
+    still = driven()
+    nothing = with_values(still, "position", np.tile(PLACE, (200, 1)))
+    assert check_aids(with_values(nothing, "velocity", np.zeros((200, 3)))) == []
+    seldom = {kind: one.rows(np.arange(0, 200, 5)) for kind, one in still.aids.items()}
+    seldom["velocity"] = dataclasses.replace(seldom["velocity"], values=3.6 * seldom["velocity"].values)
+    assert check_aids(dataclasses.replace(still, aids=seldom)) == []
