@@ -174,3 +174,35 @@ def test_innovations_are_drawn_at_their_own_size():
     assert 0.3 < _shown_to(sigma, np.array([0.05] * 100)) < 1
     assert _shown_to(sigma, innovation) > 2
     assert _shown_to(np.zeros(3), np.zeros(3)) == 1
+
+
+PENDULUM = """import hnav
+import numpy as np
+def derivatives(t, x, u, p):
+    {line}
+    return x[1], -9.81 * np.sin(x[0])
+plant = hnav.Plant(derivatives, lambda t, x, u, p: {sensor}, states={{"angle": 0.1, "rate": 0.0}}, sensors=["angle"])
+"""
+PLAN = "[sensor.angle]\nnoise = 0.01\n[state.angle]\nstart_sigma = 0.1\n[state.rate]\nstart_sigma = 0.1\nnoise = 0.01\n"
+
+
+def observed(folder, line="", sensor="x[0]"):
+    """hnav observe over a pendulum in Python whose samples are free of noise."""
+    plant, plan, data = folder / "pendulum.py", folder / "plan.toml", folder / "samples.csv"
+    plant.write_text(PENDULUM.format(line=line, sensor=sensor))
+    plan.write_text(PLAN)
+    t = np.arange(0, 3, 0.01)
+    np.savetxt(data, np.stack([t, 0.1 * np.cos(3.13 * t)], 1), delimiter=",", header="t_s,angle", comments="")
+    return hnav("observe", plant, "--plan", plan, "--data", data, "--out", folder / "out.csv")
+
+
+def test_what_a_plant_in_python_raises_is_one_line_with_its_place(tmp_path):
+    for line, said in (("if t > 1: 1 / 0", "line 4: ZeroDivisionError: division by zero"), ("def (", "line 4: SyntaxError")):
+        done = observed(tmp_path, line)
+        assert done.returncode == 2 and f"pendulum.py, {said}" in done.stderr and len(done.stderr.splitlines()) == 1
+
+
+def test_a_sensor_that_no_state_moves_and_samples_without_noise_are_said(tmp_path):
+    assert "angle depends on nothing that is estimated" in observed(tmp_path, sensor="3.0").stdout
+    done = observed(tmp_path)
+    assert "depends on nothing" not in done.stdout and "as beside a plant without noise, it is not ready" in done.stdout

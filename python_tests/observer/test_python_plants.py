@@ -76,6 +76,7 @@ def test_what_a_function_raises_is_raised_again():
     ("make", "said"),
     [
         (lambda: Observer(pendulum(lambda t, x, u, p: x[1])), r"derivatives of the plant has the shape \(1,\), expected \(2,\)"),
+        (lambda: Observer(pendulum(lambda t, x, u, p: None)), "derivatives of the plant answers None: it must return its values"),
         (lambda: Observer(pendulum(lambda t, x, u, p: (np.nan, 0))), r"derivatives\[0\] of the plant is nan at the start"),
         (lambda: pendulum(inputs={"rate": 0.0}), "rate is the name of two things"),
         (lambda: pendulum(parameters=["g"]), r"parameters = \[.g.\]: write names and starts"),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +16,7 @@ from hnav.cli.console import bar, say
 from hnav.cli.navigation import SMOOTHED
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
-from hnav.errors import HnavValueError
+from hnav.errors import HnavError, HnavValueError
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_findings import findings
 from hnav.filters.observer_offsets import offsets
@@ -86,19 +88,34 @@ def command(
     refuse(fmu, plan, data, tune or check, smooth, [out, report], export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
     watch(fmu)
-    if plan is None:
-        return describe_plant(fmu, prove)
-    observer = observer_of(plan, fmu)
-    for sentence in observer.lies():
-        say(sentence)
-    if prove:
-        print_proof(observer)
-    if export is not None:
-        write_fmu(observer, export, fmi, period_s, covariance)
-    elif data is None and not prove:
-        say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
-    if data is not None:
-        use_samples(observer, data, check, tune, smooth, out, report)
+    with faults_of(fmu):
+        if plan is None:
+            return describe_plant(fmu, prove)
+        observer = observer_of(plan, fmu)
+        for sentence in observer.lies():
+            say(sentence)
+        if prove:
+            print_proof(observer)
+        if export is not None:
+            write_fmu(observer, export, fmi, period_s, covariance)
+        elif data is None and not prove:
+            say(f"{fmu.name} and {plan.name} fit: {', '.join(observer.names)} by {', '.join(observer.plan.sensors)}")
+        if data is not None:
+            use_samples(observer, data, check, tune, smooth, out, report)
+
+
+@contextmanager
+def faults_of(plant: Path) -> Iterator[None]:
+    """Raises UsageError that names the line of a plant in Python that has raised something."""
+    try:
+        yield
+    except Exception as error:
+        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if Path(frame.filename) == plant]
+        if isinstance(error, SyntaxError) and error.filename == str(plant):
+            lines = [error.lineno]
+        if plant.suffix != ".py" or not lines or isinstance(error, HnavError):
+            raise
+        raise UsageError(f"{plant}, line {lines[-1]}: {type(error).__name__}: {error}") from None
 
 
 def observer_of(plan: Path, fmu: Path) -> Observer:
@@ -209,7 +226,7 @@ def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, repo
 def summary(run: ObserverRun) -> list[str]:
     """Results of the run, a line for each sensor and each estimate."""
     lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
-    lines += innovations(run)
+    lines += innovations(run) + unrelated(run)
     if run.has_events:
         unclear = int((run.parts > 1).sum())
         lines.append(
@@ -231,8 +248,19 @@ def innovations(run: ObserverRun) -> list[str]:
         if mean > GOOD_NIS[1]:
             verdict = "larger than stated: more noise of the states, or of the sensor, or another model"
         elif mean < GOOD_NIS[0]:
-            verdict = "smaller than stated: less noise of the states or of the sensor"
+            verdict = "smaller than stated: less noise of the states or of the sensor; far below 1, as beside a plant without noise, it is not ready"
         lines.append(f"{name}: {len(used)} samples, mean NIS {mean:.2f}: innovations are {verdict}")
+    return lines
+
+
+def unrelated(run: ObserverRun) -> list[str]:
+    """A line for each sensor whose expected value has no uncertainty but the sensor's noise."""
+    lines = []
+    for name, nis in run.nis.items():
+        used, noise = np.isfinite(nis), run.plan.sensors[name].noise
+        of_noise = (run.innovation[name][used] / noise) ** 2
+        if used.any() and np.allclose(nis[used], of_noise, rtol=1e-9):
+            lines.append(f"{name} depends on nothing that is estimated: its samples change no estimate; see its equation")
     return lines
 
 

@@ -159,10 +159,8 @@ class Asked:
         sides, n = self.plant.event(*at), len(self.plant.states)
         if len(self._discrete):
             sides, discrete = sides
-            self._discrete = _shaped(
-                np.atleast_1d(np.asarray(discrete, float)), self._discrete.shape, "discrete state after event"
-            )
-        return _shaped(np.atleast_1d(np.asarray(sides, float)), (n,), "event")
+            self._discrete = _shaped(discrete, self._discrete.shape, "discrete state after event")
+        return _shaped(sides, (n,), "event")
 
     def _next_event(self, _: Any, t: float) -> float:
         assert self.plant.next_event is not None
@@ -221,8 +219,7 @@ class Asked:
             try:
                 points = self._points(count, x, u, p)
                 if not (quick and write_quickly(t, points, values)):
-                    found = (np.array(one, float, ndmin=1) for one in answers(t, points, np.array))
-                    write([_shaped(one, (length,), name) for one in found], values)
+                    write([_shaped(one, (length,), name) for one in answers(t, points, np.array)], values)
             except BaseException as error:
                 self.error = error
                 return -1
@@ -267,7 +264,9 @@ def _placed(own: list[float], places: Iterable[int], values: list[float]) -> lis
 
 
 def _shaped(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
-    array = np.asarray(values, float)
+    if values is None:
+        raise HnavValueError("option", f"{name} of the plant answers None: it must return its values", name)
+    array = np.array(values, float, ndmin=1)
     if array.shape != shape:
         raise HnavValueError("size", f"{name} of the plant has the shape {array.shape}, expected {shape}", name)
     return array
