@@ -32,3 +32,22 @@ def tilted_motion(duration_s: float, noise: float = 1.0, seed: int = 7, bias=(0.
     rate = w + bias + noise * 0.01 * rng.normal(size=w.shape)
     q = attitude.as_quat()[:, [3, 0, 1, 2]]
     return Motion(Recording("tilted motion", t, rate, force, field, q), np.array(bias))
+
+
+def turning(t_s: np.ndarray) -> Rotation:
+    """Attitudes of a body at rest for 3 s that then turns by up to 40 deg/s."""
+    moving = np.maximum(t_s - 3, 0)
+    yaw, pitch, roll = 1.2 * np.sin(0.4 * moving), 0.4 * np.sin(0.7 * moving), 0.5 * np.sin(0.5 * moving)
+    return Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=-1))
+
+
+def readings(t_s: np.ndarray, noise: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """n x 3 each: rate, force and field of that body at these instants, no means over intervals."""
+    rng = np.random.default_rng(3)
+    half_s = 5e-5  # of the interval over which the rate is derived
+    rate = (turning(t_s - half_s).inv() * turning(t_s + half_s)).as_rotvec() / (2 * half_s)
+    into_body = turning(t_s).inv()
+    force, field = into_body.apply([0, 0, -9.80665]), into_body.apply([2e-5, 0, 4.5e-5])
+    sigmas = (3e-3, 0.03, 4e-7)
+    with_noise = (value + noise * sigma * rng.normal(size=value.shape) for value, sigma in zip((rate, force, field), sigmas))
+    return tuple(with_noise)  # type: ignore[return-value]

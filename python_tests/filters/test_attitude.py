@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from hnav import Filter, HnavError, Options
 from hnav.filters.options import FILTERS, option_table
 from hnav.reports.scores import errors_rad, score
-from motion import tilted_motion
+from motion import readings, tilted_motion, turning
 
 NOISE = dict(accel_noise_per_sqrt_hz=1e-3, mag_noise_per_sqrt_hz=1e-3, gyro_noise_rad_per_sqrt_s=1e-3)
 
@@ -71,6 +72,18 @@ def test_sigma_covers_the_error_of_a_wrong_gyro_hold():
     assert np.sqrt(np.mean(wrong**2)) > 3 * np.sqrt(np.mean(right**2))
     assert np.mean(wrong < 3 * wrong_sigma) > 0.99
     assert wrong_sigma[-1] > 1.2 * right_sigma[-1]
+
+
+@pytest.mark.parametrize("rate_hz", [25, 50, 100])
+def test_sigma_covers_rates_that_are_readings_of_their_instant(rate_hz):
+    """Half an interval early, as force and field are: nothing in the samples shows it."""
+    faster = 2.5
+    t = np.arange(0, 90, 1 / rate_hz)
+    rate, force, field = readings(faster * t, noise=0.3)
+    run = Filter(Options("ahrs")).run(t, faster * rate, force, field)
+    shown = t > 30
+    error = (Rotation.from_quat(run.q_nb[shown][:, [1, 2, 3, 0]]) * turning(faster * t[shown]).inv()).as_rotvec()
+    assert np.mean(error**2 / run.sigma_rad[shown] ** 2) < 1.5
 
 
 def test_a_batch_run_is_push_and_advance_row_by_row(motion):

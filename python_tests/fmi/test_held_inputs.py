@@ -5,41 +5,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hnav.fmi.fmus import Fmu, fmu_path
+from motion import readings, turning
 
 DURATION_S, SETTLED_S = 90.0, 30.0
 STEPS_S = (0.01, 0.05, 0.1, 0.2, 0.5)
-HALF_S = 5e-5
-"""Of the interval over which a rate is derived."""
-
-
-def attitude(t_s: np.ndarray) -> Rotation:
-    """At rest for 3 s, then turning by up to 40 deg/s."""
-    moving = np.maximum(t_s - 3, 0)
-    yaw, pitch, roll = 1.2 * np.sin(0.4 * moving), 0.4 * np.sin(0.7 * moving), 0.5 * np.sin(0.5 * moving)
-    return Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=-1))
-
-
-def rate_rad_s(t_s: np.ndarray) -> np.ndarray:
-    return (attitude(t_s - HALF_S).inv() * attitude(t_s + HALF_S)).as_rotvec() / (2 * HALF_S)
-
-
-def readings(t_s: np.ndarray, noise: float) -> dict[str, np.ndarray]:
-    rng = np.random.default_rng(3)
-    into_body = attitude(t_s).inv()
-    return {
-        name: value + noise * sigma * rng.normal(size=(len(t_s), 3))
-        for name, value, sigma in (
-            ("gyro.rate", rate_rad_s(t_s), 3e-3),
-            ("accel.force", into_body.apply([0, 0, -9.80665]), 0.03),
-            ("mag.field", into_body.apply([2e-5, 0, 4.5e-5]), 4e-7),
-        )
-    }
 
 
 def driven(name: str, step_s: float, mode: str = "auto", noise: float = 1.0):
     """Error (rad, navigation axes), its covariance and the flag of the tilt at every point after SETTLED_S; what was logged."""
     t = step_s * np.arange(round(DURATION_S / step_s))
-    inputs = readings(t, noise)
+    inputs = dict(zip(("gyro.rate", "accel.force", "mag.field"), readings(t, noise)))
     errors, P, ready = [], [], []
     with Fmu(fmu_path(name, 3)) as fmu:
         fmu.set("sampling_mode", mode)
@@ -52,7 +27,7 @@ def driven(name: str, step_s: float, mode: str = "auto", noise: float = 1.0):
             if t_s < SETTLED_S:
                 continue
             q = [fmu.get(f"att.q[{i}]") for i in (2, 3, 4, 1)]
-            errors.append((Rotation.from_quat(q) * attitude(t_s + step_s).inv()).as_rotvec())
+            errors.append((Rotation.from_quat(q) * turning(t_s + step_s).inv()).as_rotvec())
             P.append([fmu.get(f"cov.P[{min(i, j)},{max(i, j)}]") for i in (1, 2, 3) for j in (1, 2, 3)])
             ready.append(fmu.get("align.tilt_ready"))
         assert fmu.get("count.missed") == 0

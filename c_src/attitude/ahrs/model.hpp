@@ -165,6 +165,9 @@ private:
     }
 
     static constexpr R suspected_hold = R(0.03); // prior probability that the option gyro_hold is wrong
+    // A rate may as well be a reading of its instant, half an interval from the mean that it is taken for; in squared intervals. If force
+    // and field are read likewise nothing shows it: everything is late or early by the same time.
+    static constexpr R unstated_instant = R(0.5 * 0.25);
     // A field that replaced the reference and still contradicts the heading.
     static constexpr R lasting_s = 60;
     static constexpr R max_azimuth_rejected_s = 2; // beyond, the heading is not ready

@@ -54,7 +54,7 @@ template <class R>
 Vector3Of<R> AhrsModelOf<R>::hold_error(const State& s) const {
     const QuaternionR q(s.x);
     const Vector3R u = turn_rate(s) - Vector3R(s.coning);
-    const R interval_s = std::sqrt(s.wrong_hold) * R(s.spacing_s[gyro]);
+    const R interval_s = std::sqrt(s.wrong_hold + unstated_instant) * R(s.spacing_s[gyro]);
     return rotate<R>(q, u) * (interval_s / q.squaredNorm()); // whatever the length of the quaternion
 }
 

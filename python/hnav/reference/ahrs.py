@@ -52,6 +52,7 @@ from hnav.reference.times import has_lasted, has_passed, is_within
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
 CONSIDERED = 17
+UNSTATED_INSTANT = 0.125  # squared intervals: rates may be readings of their instant, as probably as not
 """Errors before this one are considered when a field or a heading corrects, but not corrected: no magnet may tilt the horizon."""
 
 
@@ -784,7 +785,7 @@ class AhrsReference:
         tilt = self.tilt_excess.variance + vehicle * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
         heading = self.all_reference_variance() + vehicle * self.tilted_field_variance()
         covariance += np.diag([tilt, tilt, heading])
-        by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold) * self.gyro.usual_s
+        by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold + UNSTATED_INSTANT) * self.gyro.usual_s
         return covariance + np.outer(by_hold, by_hold)
 
     def all_reference_variance(self) -> float:
