@@ -14,11 +14,15 @@ from hnav.reference.earth import axes_at, place_of, position_of
 PLACE = np.array([0.84, 0.2, 300.0])
 
 
-def driven(noise_m: float = 2.0, climb_m_s: float = 0.0, length_s: float = 200.0) -> Recording:
+SLOWLY, QUICKLY = (1.3, 0.05), (0.6, 0.3)
+"""Amplitude in rad and angular frequency in rad/s of a winding road."""
+
+
+def driven(noise_m: float = 2.0, climb_m_s: float = 0.0, length_s: float = 200.0, winding=SLOWLY) -> Recording:
     """A car on a winding road, 15 m/s, with a fix each second; climb_m_s: of an aircraft instead."""
     rng = np.random.default_rng(5)
     t = np.arange(0, length_s, 1.0)
-    course = 0.4 + 1.3 * np.sin(0.05 * t) + 0.01 * t
+    course = 0.4 + winding[0] * np.sin(winding[1] * t) + 0.01 * t
     velocity = np.stack([15 * np.cos(course), 15 * np.sin(course), -climb_m_s * np.sin(0.07 * t)], 1)
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]), axis=0)])
     place = place_of(position_of(PLACE) + (way + noise_m * rng.normal(size=way.shape)) @ axes_at(PLACE).T)
@@ -82,3 +86,20 @@ def test_a_body_that_hardly_moves_and_one_with_gaps_show_nothing():
     seldom = {kind: one.rows(np.arange(0, 200, 5)) for kind, one in still.aids.items()}
     seldom["velocity"] = dataclasses.replace(seldom["velocity"], values=3.6 * seldom["velocity"].values)
     assert check_aids(dataclasses.replace(still, aids=seldom)) == []
+
+
+def turning_with_the_road(late_s: float) -> Recording:
+    """The car of driven() with rates that turn it, and velocities that are stamped late."""
+    road = driven(length_s=240.0, winding=QUICKLY)
+    often = road.t_s
+    rate = np.zeros((len(often), 3))
+    rate[:, 2] = QUICKLY[0] * QUICKLY[1] * np.cos(QUICKLY[1] * often) + 0.02  # with a bias
+    aids = {kind: dataclasses.replace(one, t_s=one.t_s + late_s) for kind, one in road.aids.items() if kind != "speed"}
+    return dataclasses.replace(road, rate_b_rad_s=rate, aids=aids)
+
+
+@pytest.mark.parametrize("late_s", [0.6, 1.5, -0.6])
+def test_fixes_that_are_stamped_late_are_said_with_the_delay(late_s):
+    (finding,) = check_aids(turning_with_the_road(late_s))
+    assert (finding.code, finding.argument) == ("clock", "fixes_late_s") and abs(float(finding.value) - late_s) < 0.1
+    assert check_aids(turning_with_the_road(0.1)) == []

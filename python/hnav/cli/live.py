@@ -86,8 +86,7 @@ def command(
     sensor: Sensor = None,
     body: Body = None,
 ) -> None:
-    if reading.format is not None:
-        raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
+    refuse_of_recordings(reading)
     preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
     chosen = of_frame(filter, frame) | of_options | parse_settings(settings)
     corrected = corrected_by(sensor)
@@ -122,6 +121,14 @@ def of_frame(filter: str, frame: str | None) -> dict[str, str]:
         return {"navigation_frame": frame or "ned"}
     navigation.refuse(frame=frame not in (None, "ned"))
     return {}
+
+
+def refuse_of_recordings(reading: Reading) -> None:
+    """Raises UsageError for options of files."""
+    if reading.fixes_late_s:
+        raise UsageError("--fixes-late is for recordings: live, send the time of validity as t_s")
+    if reading.format is not None:
+        raise UsageError(f"--format {reading.format}: lines of CSV and JSON are distinguished by themselves: leave it out")
 
 
 class Live:

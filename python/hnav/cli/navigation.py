@@ -138,7 +138,7 @@ def made_by(recording: Path, wanted: Wanted) -> list[str]:
 
 def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
     """Aids of a separate file; column names apply to both files."""
-    return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats)
+    return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats, fixes_late_s=reading.fixes_late_s)
 
 
 def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Options, reading: Reading) -> Recording:

@@ -94,6 +94,12 @@ Axes = Annotated[
     list[str] | None, typer.Option(metavar="SENSOR=AXES", help="Axes of the file that are x, y, z: mag=y,x,-z (gyro, accel, mag)")
 ]
 DropRepeats = Annotated[bool, typer.Option("--drop-repeats", help="A sample that equals the one before is none")]
+FixesLate = Annotated[
+    float,
+    typer.Option(
+        "--fixes-late", metavar="S", help="The times of positions and velocities are so much too late, as when they arrived"
+    ),
+]
 Hemisphere = Annotated[
     str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
 ]

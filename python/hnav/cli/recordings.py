@@ -13,7 +13,19 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from hnav.cli.parameters import AccelUnit, Axes, Columns, DropRepeats, Format, GyroUnit, Hemisphere, MagUnit, Rate, TimeUnit
+from hnav.cli.parameters import (
+    AccelUnit,
+    Axes,
+    Columns,
+    DropRepeats,
+    FixesLate,
+    Format,
+    GyroUnit,
+    Hemisphere,
+    MagUnit,
+    Rate,
+    TimeUnit,
+)
 from hnav.cli.words import UsageError, finding_line
 from hnav.io.findings import Finding
 from hnav.io.readers import read
@@ -52,6 +64,7 @@ class Reading:
     rate_hz: Rate = None
     axes: Axes = None
     drop_repeats: DropRepeats = False
+    fixes_late_s: FixesLate = 0.0
     hemisphere: Hemisphere = None
 
     def read(self, path: Path) -> Recording:

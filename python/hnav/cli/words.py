@@ -21,14 +21,17 @@ if TYPE_CHECKING:
 OPTIONS = {
     "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
     "unit": "--mag-unit", "gyro_unit": "--gyro-unit", "accel_unit": "--accel-unit", "time_unit": "--time-unit", "format": "--format",
-    "columns": "--columns", "axes": "--axes", "rate_hz": "--rate", "drop_repeats": "--drop-repeats", "hemisphere": "--hemisphere",
+    "columns": "--columns", "axes": "--axes", "rate_hz": "--rate", "drop_repeats": "--drop-repeats", "fixes_late_s": "--fixes-late", "hemisphere": "--hemisphere",
     "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "align": "--align", "delta_s": "--delta", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set", "fmi_version": "--fmi", "period_s": "--period",
 }  # fmt: skip
 
 
 # Python arguments within messages of readers and checks.
 IN_A_LINE = (
-    (re.compile(r"\b(gyro_unit|accel_unit|mag_unit|time_unit|rate_hz|drop_repeats)\b"), lambda match: OPTIONS[match.group(1)]),
+    (
+        re.compile(r"\b(gyro_unit|accel_unit|mag_unit|time_unit|rate_hz|drop_repeats|fixes_late_s)\b"),
+        lambda match: OPTIONS[match.group(1)],
+    ),
     (re.compile(r"\balign (?=clock)"), lambda match: "--align "),
     (re.compile(r"\bcolumns (?=\w+=)"), lambda match: "--columns "),
     (re.compile(r'\bhemisphere "(\w+)"'), lambda match: f"--hemisphere {match.group(1)}"),

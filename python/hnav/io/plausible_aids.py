@@ -25,6 +25,12 @@ LEAST_WAY_M = 20.0  # rms in a window: above the noise of a receiver
 COHERENT, CONTRADICTING = 0.9, 0.5
 DIFFERENT, EQUAL = 0.4, 0.25  # relative difference of a track from what is compared with it
 SAME_SCALE = 1.25
+PAIR_S, MOVING_M_S, FEWEST_PAIRS = 2.0, 2.0, 30  # of fixes whose courses are compared
+LEVEL_S = 2.5  # either side, over which the mean force points up
+LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
+MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
+TURNS_TOGETHER, LATE_S, MORE_EXPLAINED = 0.93, 0.25, 0.01  # smaller delays are estimated by INS
+WILD_RAD = 0.5
 NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 
@@ -38,6 +44,7 @@ def check_aids(recording: Recording) -> list[Finding]:
     if (velocity := recording.aids.get("velocity")) is not None:
         found += _against_velocity(position, velocity)
         found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
+        found += _against_turning(recording, velocity)
     if (speed := recording.aids.get("speed")) is not None:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
@@ -143,6 +150,59 @@ def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Ite
             advice="down is positive: negate it",
             certain=True,
         )
+
+
+def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Finding]:
+    """How much later than the rates the course turns."""
+    t_s, turned = _turn_about_the_vertical(recording)
+    course = np.unwrap(np.arctan2(velocity.values[:, 1], velocity.values[:, 0]))
+    begin, end = _pairs(velocity, t_s)
+    if len(begin) < FEWEST_PAIRS:
+        return
+    change = np.angle(np.exp(1j * (course[end] - course[begin])))
+    if change.std() < LEAST_TURN_RAD:
+        return
+    lags = np.arange(-MOST_LATE_S, MOST_LATE_S + LATE_STEP_S, LATE_STEP_S)
+    fits = np.array(
+        [_share_explained(change, *(np.interp(velocity.t_s[at] - lag, t_s, turned) for at in (begin, end))) for lag in lags]
+    )
+    late_s, best, now = float(lags[fits.argmax()]), float(fits.max()), float(fits[np.abs(lags).argmin()])
+    if best > TURNS_TOGETHER and abs(late_s) > LATE_S and best - now > MORE_EXPLAINED:
+        shown = f"the course turns {abs(late_s):.2g} s {'later' if late_s > 0 else 'earlier'} than the rates"
+        yield warning("clock", "velocity", shown, "fixes_late_s", f"{late_s:.2g}", "times of arrival are no times of validity")
+
+
+def _turn_about_the_vertical(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Times of the rates, and the angle by which the body has turned about the mean direction of the force."""
+    whole = np.isfinite(recording.rate_b_rad_s).all(axis=1) & np.isfinite(recording.force_b_m_s2).all(axis=1)
+    t_s, rate, force = recording.t_s[whole], recording.rate_b_rad_s[whole], recording.force_b_m_s2[whole]
+    if len(t_s) < 2:
+        return t_s, np.zeros(len(t_s))
+    summed = np.vstack([np.zeros(3), np.cumsum(force, axis=0)])
+    first, last = (np.searchsorted(t_s, t_s + side * LEVEL_S) for side in (-1, 1))
+    up = summed[last] - summed[first]
+    down = -up / np.maximum(np.linalg.norm(up, axis=1), 1e-9)[:, None]
+    about = np.einsum("ij,ij->i", rate, down)
+    return t_s, np.concatenate([[0.0], np.cumsum(0.5 * (about[1:] + about[:-1]) * np.diff(t_s))])
+
+
+def _pairs(velocity: AidSamples, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places of fixes PAIR_S apart that both move, within the times of the rates however late they are."""
+    if len(t_s) < 2:
+        return np.empty(0, int), np.empty(0, int)
+    begin = np.arange(len(velocity.t_s))
+    end = np.searchsorted(velocity.t_s, velocity.t_s + PAIR_S - 1e-6)
+    begin, end = begin[end < len(begin)], end[end < len(begin)]
+    moves = np.hypot(*velocity.values[:, :2].T) > MOVING_M_S
+    inside = (velocity.t_s[begin] > t_s[0] + MOST_LATE_S) & (velocity.t_s[end] < t_s[-1] - MOST_LATE_S)
+    kept = moves[begin] & moves[end] & inside & (velocity.t_s[end] - velocity.t_s[begin] < 2 * PAIR_S)
+    return begin[kept], end[kept]
+
+
+def _share_explained(change: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
+    """Share of the variance of the changes of course that a turn explains, but for a steady bias; a wild change counts little."""
+    left, all_of_it = (np.clip(one - np.median(one), -WILD_RAD, WILD_RAD) for one in (change - (after - before), change))
+    return float(1 - np.mean(left**2) / np.mean(all_of_it**2))
 
 
 def _against_speed(t_s: np.ndarray, north_east_up: np.ndarray, speed: AidSamples) -> Iterator[Finding]:

@@ -37,6 +37,7 @@ def read(
     rate_hz: float | None = None,
     axes: Mapping[str, str] | None = None,
     drop_repeats: bool = False,
+    fixes_late_s: float = 0.0,
 ) -> Recording:
     """A recording in SI units: a table in text, a folder or zip of tables, a log of PX4 or ROS, Parquet, a trial of BROAD.
 
@@ -45,7 +46,8 @@ def read(
     accel_unit (m/s2, g, mg), mag_unit (T, uT, nT, G, mG, au), time_unit (s, ms, us, ns): go before what the file says.
     rate_hz: samples are at equal intervals, whatever their times are. axes: by gyro, accel or mag which axes of the file are
     x, y and z, such as {"mag": "y,x,-z"}. drop_repeats: a sample that equals the previous one of its sensor is dropped; for files
-    that repeat the last field until a new one is measured.
+    that repeat the last field until a new one is measured. fixes_late_s: by so much the times of positions and velocities are too
+    late, of a logger that stamps them when they arrive; hnav.io.plausible_aids.check_aids measures it.
 
     Nothing is resampled: sensors of different rates keep their times. Raises RecordingError, a line that says what is wrong,
     where, and what to do.
@@ -54,7 +56,9 @@ def read(
         cure = ": Recording.from_dataframe takes tables of pandas" if hasattr(path, "columns") else ""
         raise RecordingError(f"path is no file or folder but a {type(path).__name__}{cure}", "path")
     path = Path(path)
-    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
+    wishes = Wishes(
+        dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats, fixes_late_s
+    )
     return recording_of(path.stem, str(path), _raw(path, format, wishes), wishes)
 
 
@@ -65,13 +69,17 @@ def read_aids(
     columns: Mapping[str, str] | None = None,
     time_unit: str | None = None,
     drop_repeats: bool = False,
+    fixes_late_s: float = 0.0,
 ) -> dict[str, AidSamples]:
     """Aiding samples of a separate file, by kind: a table, NMEA, a log of PX4 or ROS. Arguments as of read.
 
     In a table with the column received_s, received_s is the arrival and t_s the validity of each row; rows may be in any order.
     Raises RecordingError, for a file without any too.
     """
-    path, wishes = Path(path), Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, only_aids=True)
+    path, wishes = (
+        Path(path),
+        Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True),
+    )
     if not (found := aids_of(_raw(path, format, wishes), wishes)):
         raise RecordingError(
             f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
@@ -99,7 +107,10 @@ def from_dataframe(
     rate_hz: float | None = None,
     axes: Mapping[str, str] | None = None,
     drop_repeats: bool = False,
+    fixes_late_s: float = 0.0,
 ) -> Recording:
     """A recording from a table of pandas; arguments as of read. Raises RecordingError."""
-    wishes = Wishes(dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats)
+    wishes = Wishes(
+        dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats, fixes_late_s
+    )
     return recording_of(name, name, raw_of(name, table_of(frame, name, wishes), wishes), wishes)

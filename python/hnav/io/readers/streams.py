@@ -19,6 +19,8 @@ from hnav.io.recordings import ARRAYS, CSV_COLUMNS, Origin, Recording, Recording
 from hnav.units import SI_PER, si_per
 
 WITHIN_S = 1.0  # stamps that run back by less are put in order
+LATEST_S = 60.0  # of fixes_late_s
+FIXES = ("position", "velocity")
 SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics
 
 
@@ -34,6 +36,7 @@ class Wishes:
     rate_hz: float | None = None
     axes: Mapping[str, str] = field(default_factory=dict)
     drop_repeats: bool = False
+    fixes_late_s: float = 0.0
     only_aids: bool = False
     """Inertial sensors may be missing."""
 
@@ -48,6 +51,8 @@ class Wishes:
             object.__setattr__(self, f"{quantity}_unit", asked)
         if self.rate_hz is not None and not 0 < self.rate_hz < np.inf:
             raise RecordingError(f"rate_hz = {self.rate_hz:g}: must be above 0 Hz", "rate_hz")
+        if not abs(self.fixes_late_s) <= LATEST_S:
+            raise RecordingError(f"fixes_late_s = {self.fixes_late_s:g}: must lie within {LATEST_S:g} s", "fixes_late_s")
         for name in self.columns:
             if name not in (roles := (*CSV_COLUMNS, *ROLES, *SOURCES)):
                 raise RecordingError(f"columns = {name}: choose from {', '.join(roles)}", "columns")
@@ -120,6 +125,7 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
 def aids_of(raw: Raw, wishes: Wishes) -> dict[str, AidSamples]:
     """What aids navigation, in the order of arrival; kinds without samples are left out."""
     found = {kind: by_arrival(one) for kind, one in raw.aids.items() if len(one.t_s)}
+    found |= {kind: replace(found[kind], t_s=found[kind].t_s - wishes.fixes_late_s) for kind in FIXES if kind in found}
     return {kind: one.without_repeats() for kind, one in found.items()} if wishes.drop_repeats else found
 
 
