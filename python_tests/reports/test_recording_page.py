@@ -169,7 +169,7 @@ def test_the_commands_write_the_page(recording, tmp_path):
     np.savetxt(tmp_path / "walk.csv", table, fmt="%.17g", delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
     done = hnav("report", tmp_path / "walk.csv", "--mag-unit", "uT")
     assert done.returncode == 0, done.stderr
-    assert "walk.html (" in done.stdout and "attitude" in done.stdout
+    assert "500 rows to " in done.stdout and "walk.html" in done.stdout
     page = (tmp_path / "walk.html").read_text(encoding="utf-8")
     done = hnav("filter", tmp_path / "walk.csv", "--mag-unit", "uT", "--report", tmp_path / "same.html")
     assert done.returncode == 0, done.stderr
@@ -180,6 +180,10 @@ def test_the_commands_write_the_page(recording, tmp_path):
     done = hnav("report", tmp_path / "walk.csv", "--pictures", tmp_path)
     assert done.returncode == 2 and "Run.plot" in done.stderr
     assert hnav("report", tmp_path / "walk.csv", "--out", tmp_path / "walk.csv").returncode == 2
+    done = hnav("report", tmp_path / "walk.csv", "--out", tmp_path / "walk.pdf")
+    assert done.returncode == 2 and "walk.pdf: a page is HTML: name it .html" in done.stderr
+    asked = ("--mag-unit", "uT", "--grade", "consumer", "--body", "hand", "--smooth", "--out", tmp_path / "smooth.html")
+    assert hnav("report", tmp_path / "walk.csv", *asked).returncode == 0 and (tmp_path / "smooth.html").exists()
 
 
 def test_what_is_not_asked_for_is_not_loaded(tmp_path):

@@ -202,7 +202,14 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     if out is not None and out.suffix and out.suffix.lower() not in FORMS:
         raise UsageError(f"--out {out}: the forms are {', '.join(FORMS)}")
+    check_page(report)
     refuse_overwriting([out, report], [recording, wanted.sensor, wanted.truth])
+
+
+def check_page(file: Path | None) -> None:
+    """Raises UsageError for a name that no browser opens as a page."""
+    if file is not None and file.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"{file}: a page is HTML: name it .html")
 
 
 @dataclass(frozen=True)

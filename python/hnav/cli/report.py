@@ -8,12 +8,25 @@ from typing import Annotated
 
 import typer
 
-from hnav.cli import navigation
 from hnav.cli.console import say
-from hnav.cli.filter import filtered, with_frame, write_page
-from hnav.cli.parameters import FilterOrIns, Force, Frame, Gnss, Preset, Settings, Strict, parse_settings
-from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
-from hnav.cli.wanted import Wanted
+from hnav.cli.filter import check_page, filter_one
+from hnav.cli.parameters import (
+    Body,
+    FilterOrIns,
+    Force,
+    Frame,
+    Gnss,
+    PlaceAndDate,
+    Preset,
+    Sensor,
+    SensorGrade,
+    Settings,
+    Smooth,
+    Strict,
+    parse_settings,
+)  # fmt: skip
+from hnav.cli.recordings import Reading, with_reading
+from hnav.cli.wanted import Wanted, preset_and_settings, reading_at
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
@@ -49,38 +62,31 @@ def command(
     reading: Reading,
     strict: Strict = False,
     force: Force = False,
+    smooth: Smooth = False,
     gnss: Gnss = None,
+    place_and_date: PlaceAndDate = None,
+    grade: SensorGrade = None,
+    sensor: Sensor = None,
+    body: Body = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
+    check_page(out)
     if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
     elif is_montecarlo(source):
         file = out or beside(source, ".html")
         of_montecarlo(source, file)
-    elif filter == navigation.NAME:
-        if pictures is not None:
-            raise UsageError("--pictures: of a simulation only")
-        file = out or beside(source, ".html")
-        navigation.refuse(frame=frame not in (None, "ned"))
-        chosen = parse_settings(settings)
-        wanted = Wanted(reading, filter, settings=chosen, preset=preset, strict=strict, force=force, gnss=gnss)
-        navigation.navigate(source, None, file, wanted)
     else:
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
-        navigation.refuse_of_ins(gnss=gnss)
         file = out or beside(source, ".html")
-        refuse_overwriting([file], [source])
-        data = reading.read(source)
-        found = reading.check(data)
-        warnings = warnings_of(source, found, strict, force)
-        chosen, note = with_frame(frame, parse_settings(settings), data)
-        result = filtered(data, filter, "c", chosen, preset, None, False)
-        say_page(file, write_page(file, result, data, lines_of(found)))
-        for line in note:
-            say(line)
-        warn(warnings)
+        preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
+        wanted = Wanted(
+            reading_at(place_and_date, reading), filter, settings=of_options | parse_settings(settings), preset=preset, frame=frame,
+            strict=strict, force=force, smooth=smooth, sensor=sensor, gnss=gnss,
+        )  # fmt: skip
+        filter_one(source, None, file, wanted)
     if open:
         typer.launch(str(file))
 
