@@ -120,3 +120,12 @@ def test_what_cannot_be_scored_is_said_in_one_line(drive, tmp_path, options, sai
     given = [text.format(imu=imu, late=late, nothing=tmp_path / "nothing.csv") for text in options]
     done = hnav("filter", imu, "--filter", "ins", "--gnss", gnss, "--truth", truth, "--preset", "industrial", *given)
     assert done.returncode == 2 and done.stderr.count("\n") == 1 and re.search(said, done.stderr), done.stderr
+
+
+def test_a_warning_about_the_recording_is_said_once(drive, tmp_path):
+    _, imu, gnss, truth = drive
+    table = np.loadtxt(gnss, delimiter=",", skiprows=1)
+    table[:, 4:] *= 3.6
+    fast = recorded.write_rows(tmp_path / "fast.csv", "t_s,lat_deg,lon_deg,alt_m,vn,ve,vd", list(table.T))
+    done = hnav("filter", imu, "--filter", "ins", "--gnss", fast, "--truth", truth, "--out", tmp_path / "out.csv")
+    assert done.stderr.count("this looks like km/h") == 1

@@ -192,7 +192,7 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
     if wanted.truth is not None:
         from hnav.cli.outages import print_errors  # scores take a while to load
 
-        print_errors(recording, wanted)
+        print_errors(recording, wanted, warned=read != "")
     return read
 
 

@@ -17,8 +17,8 @@ from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
 
-def print_errors(recording: Path, wanted: Wanted) -> None:
-    """Prints both tables, by wanted.truth. Raises HnavError or UsageError."""
+def print_errors(recording: Path, wanted: Wanted, warned: bool) -> None:
+    """Prints both tables, by wanted.truth. warned: of the recording, already. Raises HnavError or UsageError."""
     assert wanted.truth is not None, "the caller checks this"
     lengths, reading = lengths_of(wanted.outages), wanted.reading
     options, true = options_of(wanted.preset, wanted.settings), read_truth(wanted.truth)
@@ -33,7 +33,7 @@ def print_errors(recording: Path, wanted: Wanted) -> None:
         show(outages_table(score.outages))
     for line in said(score, true):
         say(line)
-    warn(warnings)
+    warn([] if warned else warnings)
 
 
 def lengths_of(text: str | None) -> list[float]:
