@@ -1,7 +1,8 @@
 """Whether positions, velocities and speeds of the same recording describe one track.
 
 Over windows of 10 s the displacement of the positions is compared with the integral of the velocities, as complex numbers (north + i
-east): as they are, with axes exchanged or negated, and with another scale, which is a unit.
+east): as they are, with axes exchanged or negated, and with another scale, which is a unit. And the course has to turn when the rates do:
+a delay shows stamps of arrival.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ LEAST_WAY_M = 20.0  # rms in a window: above the noise of a receiver
 COHERENT, CONTRADICTING = 0.9, 0.5
 DIFFERENT, EQUAL = 0.4, 0.25  # relative difference of a track from what is compared with it
 SAME_SCALE = 1.25
-PAIR_S, MOVING_M_S, FEWEST_PAIRS = 2.0, 2.0, 30  # of fixes whose courses are compared
+PAIR_S, MOVING_M_S, FEWEST_PAIRS, MOST_PAIRS = 2.0, 2.0, 30, 20_000  # of fixes whose courses are compared
 LEVEL_S = 2.5  # either side, over which the mean force points up
 LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
 MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
@@ -37,17 +38,27 @@ NEAR_UNIT = 1.12  # ratio to a unit's factor
 def check_aids(recording: Recording) -> list[Finding]:
     """Implausible aiding samples, which attitude filters do not read."""
     found = [*_repeated(recording)]
-    position = recording.aids.get("position")
-    if position is None or len(position.t_s) < FEWEST_WINDOWS:
+    position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
+    if velocity is not None:
+        found += _against_turning(recording, velocity)
+    if position is None:
         return found
     north_east_up = _metres(position)
-    if (velocity := recording.aids.get("velocity")) is not None:
+    if velocity is not None:
         found += _against_velocity(position, velocity)
         found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
-        found += _against_turning(recording, velocity)
-    if (speed := recording.aids.get("speed")) is not None:
+    if speed is not None:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
+
+
+def _in_time(samples: AidSamples | None) -> AidSamples | None:
+    """The horizontal ones in the order of their validity; None for fewer than two."""
+    if samples is None:
+        return None
+    order = np.argsort(samples.t_s, kind="stable")
+    kept = samples.rows(order[np.isfinite(samples.values[order][:, :2]).all(axis=1)])
+    return kept if len(kept.t_s) > 1 else None
 
 
 def _repeated(recording: Recording) -> Iterator[Finding]:
@@ -155,7 +166,7 @@ def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Ite
 def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Finding]:
     """How much later than the rates the course turns."""
     t_s, turned = _turn_about_the_vertical(recording)
-    course = np.unwrap(np.arctan2(velocity.values[:, 1], velocity.values[:, 0]))
+    course = np.arctan2(velocity.values[:, 1], velocity.values[:, 0])
     begin, end = _pairs(velocity, t_s)
     if len(begin) < FEWEST_PAIRS:
         return
@@ -196,7 +207,7 @@ def _pairs(velocity: AidSamples, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarra
     moves = np.hypot(*velocity.values[:, :2].T) > MOVING_M_S
     inside = (velocity.t_s[begin] > t_s[0] + MOST_LATE_S) & (velocity.t_s[end] < t_s[-1] - MOST_LATE_S)
     kept = moves[begin] & moves[end] & inside & (velocity.t_s[end] - velocity.t_s[begin] < 2 * PAIR_S)
-    return begin[kept], end[kept]
+    return begin[kept][:MOST_PAIRS], end[kept][:MOST_PAIRS]
 
 
 def _share_explained(change: np.ndarray, before: np.ndarray, after: np.ndarray) -> float:
