@@ -165,9 +165,9 @@ def test_filter_refuses_to_overwrite_its_recording(tmp_path):
 def test_a_folder_of_results_is_never_overwritten_by_what_is_made_of_it(tmp_path):
     for name in ("run.json", "signals.h5"):
         (tmp_path / name).write_bytes(OLD)
-        for command in ("certify", "report"):
+        for command, said in (("certify", "which would overwrite it"), ("report", "a page is HTML")):
             done = hnav(command, tmp_path, "--out", tmp_path / name)
-            assert done.returncode == 2 and "which would overwrite it" in done.stderr, done.stderr
+            assert done.returncode == 2 and said in done.stderr, done.stderr
         assert (tmp_path / name).read_bytes() == OLD
 
 

@@ -268,7 +268,9 @@ def test_few_rows_are_judged_by_what_they_hold():
     one = Recording("one", np.zeros(1), np.zeros((1, 3)), np.full((1, 3), np.nan))
     assert [f"{f.level} {f.sensor} {f.code}" for f in check(one)][:2] == ["error accel no_samples", "warning gyro all_zero"]
     two = Recording("two", np.arange(2.0), np.ones((2, 3)), np.ones((2, 3)), np.ones((2, 3)))
-    assert not alarms(two)
+    assert alarms(two) == ["time short"]
+    ten = Recording("ten", np.arange(10.0), np.ones((10, 3)), np.ones((10, 3)), np.ones((10, 3)))
+    assert not alarms(ten)
 
 
 def test_a_check_of_60000_rows_changes_nothing_and_takes_no_time():

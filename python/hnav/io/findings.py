@@ -32,7 +32,7 @@ class Finding:
     """error, warning or note."""
     code: str
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
-    absent, contradiction or not_testable."""
+    absent, contradiction, clock, short or not_testable."""
     sensor: str
     """gyro, accel, mag or time; position, velocity or speed of the aids."""
     message: str

@@ -44,6 +44,7 @@ RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_r
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples that a check needs
+FEWEST_ROWS = 10  # in which something may get ready
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
@@ -60,6 +61,7 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found = [*_working(recording, samples)]
     dead = {finding.sensor for finding in found if finding.code in ("no_samples", "all_zero", "absent")}
     live = {sensor: kept for sensor, kept in samples.items() if sensor not in dead and len(kept[0]) >= ENOUGH}
+    found += _length(recording)
     found += _time(recording, live)
     found += _gaps(recording, live)
     found += _strengths(recording, live)
@@ -67,6 +69,14 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _repeated(recording, live)
     found += findings_by_turning(recording, live, found, hemisphere or _hemisphere(recording))
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
+
+
+def _length(recording: Recording) -> Iterator[Finding]:
+    if 0 < len(recording.t_s) < FEWEST_ROWS:
+        count = "one row" if len(recording.t_s) == 1 else f"{len(recording.t_s)} rows"
+        yield warning(
+            "short", "time", f"{count} alone: nothing can be checked, and no estimate gets ready", advice="see the file's end"
+        )
 
 
 def _hemisphere(recording: Recording) -> str | None:
