@@ -1,6 +1,7 @@
 // A vector that is read at instants, for a filter that integrates means over intervals.
 #pragma once
 
+#include <cmath>
 #include <cstring>
 
 namespace hnav::fmu {
@@ -11,11 +12,14 @@ struct Reading {
     double has_last;
 
     // The mean over the interval that ends with this reading, by the trapezoid; without it an integrated rate leads by half an
-    // interval. now_mean: a reading, and on return the mean.
-    void to_mean(double* now_mean) {
-        double now[3];
+    // interval. now_mean: a reading, and on return the mean. spike: a larger change is none of a motion, and must not spread to
+    // two samples, whose check looks for single ones; 0: any is.
+    void to_mean(double* now_mean, double spike) {
+        double now[3], change = 0;
         std::memcpy(now, now_mean, sizeof now);
-        for (int i = 0; i < 3 && has_last != 0; ++i) now_mean[i] = 0.5 * (last[i] + now[i]);
+        for (int i = 0; i < 3; ++i) change = std::fmax(change, std::fabs(now[i] - last[i]));
+        const bool moves = has_last != 0 && (spike == 0 || change < spike);
+        for (int i = 0; i < 3 && moves; ++i) now_mean[i] = 0.5 * (last[i] + now[i]);
         std::memcpy(last, now, sizeof last);
         has_last = 1;
     }

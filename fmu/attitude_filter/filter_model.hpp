@@ -21,6 +21,7 @@ struct FilterMemory : EstimateMemory<sensors> {
     double now_s;         // of the last step
     double behind;        // 1: outputs of the look-ahead must still be computed for now_s
     double takes_means;   // 1: a rate stands for the interval before its sample
+    double spike_rad_s;   // change of the rate that no motion makes
     Reading rate;
     UnitCheck units;
 };
@@ -51,6 +52,7 @@ public:
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
         memory_.takes_means = options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
+        memory_.spike_rad_s = options.outlier_rate_rad_s;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, Inputs::periods, why);
     }
 
@@ -142,7 +144,8 @@ private:
     hnav_status push_rate(double t_s, const double* value) {
         memory_.units.take_rate(t_s, value);
         double rate[3] = {value[0], value[1], value[2]};
-        if (memory_.takes_means != 0 && memory_.sampled.clock[HNAV_SENSOR_GYRO].reads_instants()) memory_.rate.to_mean(rate);
+        const bool reads_instants = memory_.sampled.clock[HNAV_SENSOR_GYRO].reads_instants();
+        if (memory_.takes_means != 0 && reads_instants) memory_.rate.to_mean(rate, memory_.spike_rad_s);
         return hnav_filter_push_gyro(object_, t_s, rate);
     }
 
