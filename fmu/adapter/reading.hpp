@@ -15,10 +15,10 @@ struct Reading {
     // interval. now_mean: a reading, and on return the mean. spike: a larger change is none of a motion, and must not spread to
     // two samples, whose check looks for single ones; 0: any is.
     void to_mean(double* now_mean, double spike) {
-        double now[3], change = 0;
+        double now[3];
         std::memcpy(now, now_mean, sizeof now);
-        for (int i = 0; i < 3; ++i) change = std::fmax(change, std::fabs(now[i] - last[i]));
-        const bool moves = has_last != 0 && (spike == 0 || change < spike);
+        bool moves = has_last != 0; // false for NaN too
+        for (int i = 0; i < 3; ++i) moves = moves && std::fabs(now[i] - last[i]) < (spike > 0 ? spike : HUGE_VAL);
         for (int i = 0; i < 3 && moves; ++i) now_mean[i] = 0.5 * (last[i] + now[i]);
         std::memcpy(last, now, sizeof last);
         has_last = 1;
