@@ -88,9 +88,8 @@ def refuse_of_ins(**given: object) -> None:
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
     refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
-    corrected, reading = wanted.corrected(), wanted.reading
-    options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, reading)
-    table = None if report or out is None or wanted.smooth else reading.long_table(recording, corrected)
+    options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, wanted.reading)
+    table = None if report or out is None or wanted.smooth else wanted.reading.long_table(recording, wanted.corrected())
     made = made_by(recording, wanted)
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
         first = with_aids(next(iter(table)), given)
@@ -99,9 +98,7 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
         outcome, read = Outcome(), read_as(first)
         write_out(out, runs(table, run, outcome), made, recording.stem)
     else:
-        data = read_navigation(recording, given, options, reading)
-        data = corrected(data) if corrected is not None else data
-        found = [*of_navigation(reading.check(data)), *check_aids(data)]
+        data, found = read_navigation(recording, given, options, wanted)
         warnings = warnings_of(recording, found, wanted.strict, wanted.force)
         warnings += [f"note: {recording.name}: {note}" for note in left_out(data)] + level_note(recording, data, options)
         run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
@@ -141,12 +138,16 @@ def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
     return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats, fixes_late_s=reading.fixes_late_s)
 
 
-def read_navigation(path: Path, given: Mapping[str, AidSamples], options: Options, reading: Reading) -> Recording:
-    """The recording with its aids, rate and force in the same rows. Raises HnavError or UsageError when there is no aid."""
-    data = paired(reading.read(path))
-    data = with_aids(data, given)
+def read_navigation(
+    path: Path, given: Mapping[str, AidSamples], options: Options, wanted: Wanted
+) -> tuple[Recording, list[Finding]]:
+    """The recording with its aids, corrected, rate and force in the same rows; and what is implausible in it. Raises HnavError or
+    UsageError when there is no aid.
+    """
+    data = with_aids(paired(wanted.reading.read(path)), given)
     refuse_unaided(path, data, options)
-    return data
+    data = corrected(data) if (corrected := wanted.corrected()) else data
+    return data, [*of_navigation(wanted.reading.check(data)), *check_aids(data)]
 
 
 def left_out(data: Recording) -> list[str]:

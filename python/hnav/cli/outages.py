@@ -8,11 +8,10 @@ import numpy as np
 from rich.table import Table
 
 from hnav.cli.console import say, show, working
-from hnav.cli.navigation import aids_given, of_navigation, options_of, read_navigation
+from hnav.cli.navigation import aids_given, options_of, read_navigation
 from hnav.cli.recordings import warn, warnings_of
 from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
-from hnav.io.plausible_aids import check_aids
 from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
@@ -20,11 +19,9 @@ from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_s
 def print_errors(recording: Path, wanted: Wanted, warned: bool) -> None:
     """Prints both tables, by wanted.truth. warned: of the recording, already. Raises HnavError or UsageError."""
     assert wanted.truth is not None, "the caller checks this"
-    lengths, reading = lengths_of(wanted.outages), wanted.reading
+    lengths = lengths_of(wanted.outages)
     options, true = options_of(wanted.preset, wanted.settings), read_truth(wanted.truth)
-    data = read_navigation(recording, aids_given(wanted.gnss, reading), options, reading)
-    data = corrected(data) if (corrected := wanted.corrected()) else data
-    found = [*of_navigation(reading.check(data)), *check_aids(data)]
+    data, found = read_navigation(recording, aids_given(wanted.gnss, wanted.reading), options, wanted)
     warnings = warnings_of(recording, found, wanted.strict, wanted.force)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
         score = navigation_score(data, true, options, lengths, wanted.smooth)

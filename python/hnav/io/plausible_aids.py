@@ -16,6 +16,7 @@ from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding, warning
 from hnav.io.readers.aid_columns import PER
 from hnav.io.recordings import Recording
+from hnav.io.turning import integral, integral_over
 
 EARTH_M = 6.371e6
 REPEATED = 0.6  # share of fixes that equal the one before
@@ -45,7 +46,7 @@ def check_aids(recording: Recording) -> list[Finding]:
         return found
     north_east_up = _metres(position)
     if velocity is not None:
-        found += _against_velocity(position, velocity)
+        found += _against_velocity(position, north_east_up[:, :2], velocity)
         found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
     if speed is not None:
         found += _against_speed(position.t_s, north_east_up, speed)
@@ -86,11 +87,8 @@ def _windows(t_s: np.ndarray, positions: np.ndarray, of: AidSamples, values: np.
     times, values = of.t_s[known], values[known]
     if len(at) < FEWEST_WINDOWS + 1 or len(times) < 2:
         return np.empty((0, positions.shape[1])), np.empty((0, values.shape[1]))
-    way = np.vstack([np.zeros(values.shape[1]), np.cumsum(0.5 * np.diff(times)[:, None] * (values[1:] + values[:-1]), axis=0)])
-    there, travelled = (
-        np.diff(np.stack([np.interp(at, clock, column) for column in table.T], -1), axis=0)
-        for clock, table in ((t_s, positions), (times, way))
-    )
+    there = np.diff(np.stack([np.interp(at, t_s, column) for column in positions.T], -1), axis=0)
+    travelled = integral_over(times, values, at)
     whole = np.ones(len(at) - 1, bool)
     for clock in (t_s, times):
         for begin_s in clock[:-1][np.diff(clock) > LONGEST_GAP_S]:
@@ -117,8 +115,8 @@ def _unit(scale: float) -> str:
     return "see the unit"
 
 
-def _against_velocity(position: AidSamples, velocity: AidSamples) -> Iterator[Finding]:
-    there, travelled = _windows(position.t_s, _metres(position)[:, :2], velocity, velocity.values[:, :2])
+def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: AidSamples) -> Iterator[Finding]:
+    there, travelled = _windows(position.t_s, north_east, velocity, velocity.values[:, :2])
     if len(there) < FEWEST_WINDOWS:
         return
     D, T = there @ [1, 1j], travelled @ [1, 1j]
@@ -134,14 +132,14 @@ def _against_velocity(position: AidSamples, velocity: AidSamples) -> Iterator[Fi
         "north and east look negated": _difference(D, -T),
     }
     best = min(fits, key=lambda name: fits[name])
-    coherence = abs(np.vdot(T, D)) / max(len(D) * _rms(D) * _rms(T), 1e-9)
+    coherence, scale = abs(np.vdot(T, D)) / max(len(D) * _rms(D) * _rms(T), 1e-9), _rms(D) / max(_rms(T), 1e-9)
     shown = f"over 10 s the positions move by {_rms(D):.3g} m, the velocities by {_rms(T):.3g} m (rms)"
     if fits[best] < EQUAL:
         yield warning(
             "axes", "velocity", f"the velocities contradict the positions: {best}", advice="see the columns", certain=True
         )
-    elif coherence > COHERENT and not 1 / SAME_SCALE < _rms(D) / max(_rms(T), 1e-9) < SAME_SCALE:
-        yield warning("unit", "velocity", f"{shown}: {_unit(_rms(D) / max(_rms(T), 1e-9))}", certain=True)
+    elif coherence > COHERENT and not 1 / SAME_SCALE < scale < SAME_SCALE:
+        yield warning("unit", "velocity", f"{shown}: {_unit(scale)}", certain=True)
     elif coherence < CONTRADICTING:
         yield warning(
             "contradiction", "velocity", f"{shown}, in unrelated directions", advice="see the columns, and the clocks of both"
@@ -194,7 +192,7 @@ def _turn_about_the_vertical(recording: Recording) -> tuple[np.ndarray, np.ndarr
     up = summed[last] - summed[first]
     down = -up / np.maximum(np.linalg.norm(up, axis=1), 1e-9)[:, None]
     about = np.einsum("ij,ij->i", rate, down)
-    return t_s, np.concatenate([[0.0], np.cumsum(0.5 * (about[1:] + about[:-1]) * np.diff(t_s))])
+    return t_s, integral(t_s, about[:, None], t_s)[:, 0]
 
 
 def _pairs(velocity: AidSamples, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hnav.io.findings import Samples
+from hnav.io.turning import integral_over
 
 WINDOWS_S = {"mag": (0.1, 0.5, 2.0, 8.0), "accel": (0.1, 0.5, 2.0)}
 """Window lengths. In longer ones a coordinated turn of an aircraft leaves the force constant in the body."""
@@ -81,7 +82,7 @@ def _turning(
     if not size > 0 or not np.isfinite(means).all():
         return None
     unit = means / size
-    angle = np.diff(_integral(gyro_s, rate, middles), axis=0)
+    angle = integral_over(gyro_s, rate, middles)
     # Small angles: dv = v x theta.
     turning = np.cross(unit[:-1], angle)
     said = np.cross(unit[:-1], angle - np.median(rate, axis=0) * window_s)
@@ -158,9 +159,3 @@ def _means(t_s: np.ndarray, values: np.ndarray, edges_s: np.ndarray) -> np.ndarr
     sums = np.concatenate([np.zeros((1, 3)), np.cumsum(values, axis=0)])[places]
     counts = np.diff(places)[:, None]
     return np.asarray(np.where(counts > 0, np.diff(sums, axis=0) / np.maximum(counts, 1), np.nan))
-
-
-def _integral(t_s: np.ndarray, rate: np.ndarray, at_s: np.ndarray) -> np.ndarray:
-    steps = np.diff(t_s)[:, None] * 0.5 * (rate[1:] + rate[:-1])
-    total = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    return np.stack([np.interp(at_s, t_s, column) for column in total.T], axis=1)

@@ -108,7 +108,7 @@ def stay_of(gyro: Samples, force: Samples, time_factor: float) -> Stay | None:
     if count == 0 or count * steps > LARGEST_GRID * len(gyro_s):
         return None
     grid_s = gyro_s[0] + STAY_STEP_S * np.arange(count * steps + 1)
-    turns = Rotation.from_rotvec(_angle_between(gyro_s, rate, grid_s)).as_matrix().reshape(count, steps, 3, 3)
+    turns = Rotation.from_rotvec(integral_over(gyro_s, rate, grid_s)).as_matrix().reshape(count, steps, 3, 3)
     middle_s = grid_s[:-1] + 0.5 * STAY_STEP_S
     held = np.stack([np.interp(middle_s, force_s, column) for column in values.T], axis=1).reshape(count, steps, 3)
     attitude, total = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3, 3, 3))
@@ -127,7 +127,7 @@ def fit_of(gyro: Samples, vector: Samples, time_factor: float, offset: bool) -> 
     if len(t_s) < ENOUGH:
         return None
     steps_s = np.diff(t_s)
-    angle = _angle_between(gyro[0] * time_factor, gyro[1], t_s)
+    angle = integral_over(gyro[0] * time_factor, gyro[1], t_s)
     use = (
         (steps_s > 0)
         & (steps_s < LONGEST_STEP_S)
@@ -206,11 +206,16 @@ def _knots(t_s: np.ndarray, values: np.ndarray) -> Samples:
     return t_s[:whole].reshape(-1, count).mean(axis=1), values[:whole].reshape(-1, count, 3).mean(axis=1)
 
 
-def _angle_between(t_s: np.ndarray, rate: np.ndarray, knots_s: np.ndarray) -> np.ndarray:
-    """The integral of the rates over each interval of knots."""
-    steps = np.diff(t_s)[:, None] * 0.5 * (rate[1:] + rate[:-1])
-    integral = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    return np.diff(np.stack([np.interp(knots_s, t_s, column) for column in integral.T], axis=1), axis=0)
+def integral_over(t_s: np.ndarray, values: np.ndarray, knots_s: np.ndarray) -> np.ndarray:
+    """Of columns, over each interval of knots."""
+    return np.diff(integral(t_s, values, knots_s), axis=0)
+
+
+def integral(t_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """Of columns from the first time on, by the trapezoid, at other times; beyond the last it stays."""
+    steps = np.diff(t_s)[:, None] * 0.5 * (values[1:] + values[:-1])
+    total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
+    return np.stack([np.interp(at_s, t_s, column) for column in total.T], axis=1)
 
 
 def _smooth(values: np.ndarray, length: int) -> np.ndarray:

@@ -52,8 +52,9 @@ from hnav.reference.times import has_lasted, has_passed, is_within
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
 CONSIDERED = 17
-UNSTATED_INSTANT = 0.125  # squared intervals: rates may be readings of their instant, as probably as not
 """Errors before this one are considered when a field or a heading corrects, but not corrected: no magnet may tilt the horizon."""
+UNSTATED_INSTANT = 0.125
+"""Squared intervals: a rate may be a reading of its instant, as probably as not."""
 
 
 def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Array]:

@@ -76,9 +76,9 @@ def read_aids(
     In a table with the column received_s, received_s is the arrival and t_s the validity of each row; rows may be in any order.
     Raises RecordingError, for a file without any too.
     """
-    path, wishes = (
-        Path(path),
-        Wishes(dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True),
+    path = Path(path)
+    wishes = Wishes(
+        dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True
     )
     if not (found := aids_of(_raw(path, format, wishes), wishes)):
         raise RecordingError(
