@@ -86,6 +86,20 @@ def test_sigma_covers_rates_that_are_readings_of_their_instant(rate_hz):
     assert np.mean(error**2 / run.sigma_rad[shown] ** 2) < 1.5
 
 
+@pytest.mark.parametrize("rate_hz", [25, 40])
+def test_a_tilt_that_leads_by_half_an_interval_is_not_ready(rate_hz):
+    """Readings of instants while the body turns by up to 500 deg/s: the flag follows sigma."""
+    faster = 14
+    t = np.arange(0, 60, 1 / rate_hz)
+    rate, force, field = readings(faster * t, noise=0.3)
+    run = Filter(Options("ahrs")).run(t, faster * rate, force, field)
+    shown = t > 30
+    error = (Rotation.from_quat(run.q_nb[shown][:, [1, 2, 3, 0]]) * turning(faster * t[shown]).inv()).as_rotvec()
+    off = np.hypot(error[:, 0], error[:, 1]) > np.radians(3)
+    assert np.mean(off) > 0.2
+    assert np.mean(off & run.ready[shown, 0]) < 0.03
+
+
 def test_a_batch_run_is_push_and_advance_row_by_row(motion):
     m = motion.recording
     options = Options("hrekf", start_samples=1, **NOISE)  # started by the first row

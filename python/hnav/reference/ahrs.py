@@ -786,8 +786,12 @@ class AhrsReference:
         tilt = self.tilt_excess.variance + vehicle * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
         heading = self.all_reference_variance() + vehicle * self.tilted_field_variance()
         covariance += np.diag([tilt, tilt, heading])
-        by_hold = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold + UNSTATED_INSTANT) * self.gyro.usual_s
-        return covariance + np.outer(by_hold, by_hold)
+        return covariance + np.outer(self.hold_error(), self.hold_error())
+
+    def hold_error(self) -> Array:
+        """rad, about the navigation axes: what a rate turns the attitude by in the time by which it may be early or late."""
+        by_hold: Array = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold + UNSTATED_INSTANT) * self.gyro.usual_s
+        return by_hold
 
     def all_reference_variance(self) -> float:
         """rad^2. The earth's field has 22 to 67 uT: of a reference beyond that a part of at least the difference is false."""
@@ -805,7 +809,8 @@ class AhrsReference:
 
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
-        small = self.tilt_converged(self.tilt_excess.variance) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
+        added = self.tilt_excess.variance + max(self.hold_error()[:2] ** 2)
+        small = self.tilt_converged(added) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
         return bool(small) and (self.speed.is_fresh() or not self.lasting.may_accelerate())
 
     def tilt_converged(self, added: float) -> bool:
@@ -816,6 +821,6 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
-        variance += self.tilted_field_variance()
+        variance += self.tilted_field_variance() + self.hold_error()[2] ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
         return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)
