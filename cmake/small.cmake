@@ -13,8 +13,11 @@ target_compile_definitions(hnav_small PRIVATE HNAV_SMALL HNAV_SCALAR=${HNAV_SMAL
 target_compile_options(hnav_small PRIVATE -Os -fno-math-errno -ffunction-sections -fdata-sections)
 # GCC sees matrices that are filled in a loop as read before written, and pairs of numbers where there is one.
 target_compile_options(hnav_small PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-array-bounds>")
-target_compile_definitions(hnav_small PRIVATE EIGEN_UNROLLING_LIMIT=0
-                           "EIGEN_STRONG_INLINE=inline __attribute__((always_inline))")
+# Sanitizers watch each of those small functions: in their places a file takes a compiler twenty minutes, without one.
+if(NOT HNAV_SANITIZE)
+  target_compile_definitions(hnav_small PRIVATE EIGEN_UNROLLING_LIMIT=0
+                             "EIGEN_STRONG_INLINE=inline __attribute__((always_inline))")
+endif()
 if(CMAKE_SYSTEM_NAME STREQUAL Generic)
   set_target_properties(hnav_small PROPERTIES POSITION_INDEPENDENT_CODE OFF)
 endif()
