@@ -171,6 +171,16 @@ def test_a_folder_of_results_is_never_overwritten_by_what_is_made_of_it(tmp_path
         assert (tmp_path / name).read_bytes() == OLD
 
 
+def test_each_command_that_writes_a_page_names_it_html(tmp_path):
+    asked = {name: ["x.csv", "--report"] for name in ("filter", "noise", "observe", "calibrate")}
+    asked |= {"compare": ["x.csv", "y.csv", "--report"], "report": ["x.csv", "--out"]}
+    for command, arguments in asked.items():
+        page = tmp_path / f"{command}.pdf"
+        done = hnav(command, *arguments, page)
+        assert (done.returncode, done.stderr) == (2, f"hnav: {page}: a page is HTML: name it .html\n")
+        assert not page.exists()
+
+
 def test_a_full_device_is_one_line(tmp_path):
     recording = tmp_path / "x.csv"
     recording.write_text("t_s,gx,gy,gz,ax,ay,az\n0,0.01,0,0,0,0,-9.81\n0.01,0,0.01,0,0,0,-9.81\n")

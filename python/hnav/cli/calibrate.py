@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.cli.parameters import Strict
+from hnav.cli.parameters import Strict, page_option
 from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
@@ -46,10 +46,7 @@ def command(
             help="Calibrate accelerometer and gyroscope too, from rests in nine or more attitudes, into this file",
         ),
     ] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.html", help="With --sensor: page of figures and attitudes, and which one is missing"),
-    ] = None,
+    report: Annotated[Path | None, page_option("With --sensor: page of figures and attitudes, and which one is missing")] = None,
     gravity: Annotated[float, typer.Option(metavar="M/S2", help="With --sensor: of the place")] = G_M_S2,
     *,
     reading: Reading,

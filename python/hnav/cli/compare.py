@@ -15,7 +15,7 @@ from rich.table import Table
 
 from hnav.cli.completion import among
 from hnav.cli.console import say, show, working
-from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict, parse_settings
+from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict, page_option, parse_settings
 from hnav.cli.recordings import Reading
 from hnav.cli.wanted import Wanted
 from hnav.cli.words import UsageError
@@ -46,7 +46,7 @@ def command(
     ] = "",
     delta: Annotated[float, typer.Option(metavar="SECONDS", help="Interval of the relative errors")] = 1.0,
     begin: Annotated[float, typer.Option("--from", metavar="SECONDS", help="Leave out the first seconds of each file")] = 0.0,
-    report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page that overlays all files")] = None,
+    report: Annotated[Path | None, page_option("Page that overlays all files")] = None,
     json_file: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the figures there")] = None,
     filter: Annotated[
         str | None,

@@ -33,6 +33,7 @@ from hnav.cli.parameters import (
     Strict,
     TruthFile,
     Workers,
+    page_option,
     parse_settings,
 )
 from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_reading, z_points_up
@@ -75,9 +76,7 @@ def command(
             metavar="FILE|DIR", help="Table to write, one row for each row of the recording: .csv, .parquet, .tum; of ins .gpx"
         ),
     ] = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="FILE.html", help="Page to write: figures, panels, a body that turns")
-    ] = None,
+    report: Annotated[Path | None, page_option("Page to write: figures, panels, a body that turns")] = None,
     filter: FilterOrIns = "ahrs",
     engine: Engine = "c",
     settings: Settings = None,
@@ -202,14 +201,7 @@ def check_names(recording: Path, out: Path | None, report: Path | None, wanted: 
         raise UsageError("name what to write: --out FILE.csv (or .parquet), --report FILE.html, or both")
     if out is not None and out.suffix and out.suffix.lower() not in FORMS:
         raise UsageError(f"--out {out}: the forms are {', '.join(FORMS)}")
-    check_page(report)
     refuse_overwriting([out, report], [recording, wanted.sensor, wanted.truth])
-
-
-def check_page(file: Path | None) -> None:
-    """Raises UsageError for a name that no browser opens as a page."""
-    if file is not None and file.suffix.lower() not in (".html", ".htm"):
-        raise UsageError(f"{file}: a page is HTML: name it .html")
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show, working
+from hnav.cli.parameters import page_option
 from hnav.cli.recordings import Reading, with_reading
 from hnav.filters.noise import ENTRIES, SensorNoise, figures, noise_of
 from hnav.io.outputs import refuse_overwriting
@@ -26,7 +27,7 @@ def command(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Sensor file to write the figures into, in units of datasheets")
     ] = None,
-    report: Annotated[Path | None, typer.Option(metavar="FILE.html", help="Page with the Allan deviation of each axis")] = None,
+    report: Annotated[Path | None, page_option("Page with the Allan deviation of each axis")] = None,
     name: Annotated[str | None, typer.Option(help="Of the sensor, in a new file; default: that of the recording")] = None,
     *,
     reading: Reading,

@@ -14,6 +14,7 @@ import typer
 from hnav import __version__
 from hnav.cli.console import bar, say
 from hnav.cli.navigation import SMOOTHED
+from hnav.cli.parameters import page_option
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError, HnavValueError
@@ -63,9 +64,7 @@ def command(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv", help="Estimates to write, one row for each row of the samples")
     ] = None,
-    report: Annotated[
-        Path | None, typer.Option(metavar="FILE.html", help="Page to write: estimates, innovations, derivatives")
-    ] = None,
+    report: Annotated[Path | None, page_option("Page to write: estimates, innovations, derivatives")] = None,
     prove: Annotated[bool, typer.Option("--prove", help="Check each block of derivatives against differences")] = False,
     tune: Annotated[
         bool, typer.Option("--tune", help="Print the noises of sensors and states that make the samples of --data most likely")

@@ -19,6 +19,17 @@ def _filter(said: str, *names: str) -> Any:
     return typer.Option("--filter", metavar="NAME", help=said, autocompletion=among(*names))
 
 
+def page_option(said: str) -> Any:
+    """An option of a page to write; a name that no browser opens as a page is refused."""
+    return typer.Option(metavar="FILE.html", help=said, callback=_page)
+
+
+def _page(file: Path | None) -> Path | None:
+    if file is not None and file.suffix.lower() not in (".html", ".htm"):
+        raise UsageError(f"{file}: a page is HTML: name it .html")
+    return file
+
+
 FilterName = Annotated[str, _filter("ahrs (real sensors) or hrekf (the paper's)", *FILTERS)]
 FilterOrIns = Annotated[
     str, _filter("ahrs (real sensors), hrekf (the paper's) or ins (position, velocity and attitude)", *FILTERS, "ins")

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import say
-from hnav.cli.filter import check_page, filter_one
+from hnav.cli.filter import filter_one
 from hnav.cli.parameters import (
     Body,
     FilterOrIns,
@@ -23,6 +23,7 @@ from hnav.cli.parameters import (
     Settings,
     Smooth,
     Strict,
+    page_option,
     parse_settings,
 )  # fmt: skip
 from hnav.cli.recordings import Reading, with_reading
@@ -46,10 +47,7 @@ def command(
         ),
     ],
     out: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="HTML to write; default: DIR/report.html, or the recording's name with .html beside it"
-        ),
+        Path | None, page_option("Page to write; default: DIR/report.html, or the recording's name with .html beside it")
     ] = None,
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Of a simulation: also draw the main panels as PNG there")
@@ -70,7 +68,6 @@ def command(
     body: Body = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
-    check_page(out)
     if is_simulation(source):
         file = out or source / "report.html"
         of_simulation(source, file, pictures)
