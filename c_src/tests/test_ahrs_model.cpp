@@ -314,7 +314,7 @@ TEST(Ahrs, ABodyThatGoesFarMaySinkWithoutItsHorizonBeingWrong) {
         motion.power[1] = velocity2;
         motion.force_s = for_s;
         Eigen::Map<Vector3>(motion.force) = for_s * g * Vector3(std::sin(bank), 0, -std::cos(bank));
-        return motion.wrong_horizon(g);
+        return motion.wrong_horizon(g, 0);
     };
     EXPECT_GT(ratio(0), 100);
     EXPECT_LT(ratio(900), 1);

@@ -1,4 +1,4 @@
-// What the option `body` assumes of the motion: the size and duration of velocities that last.
+// What the option `body` assumes of the motion: the size and duration of velocities that last, and how fast it climbs.
 #pragma once
 
 #include "hnav/options/shared.h"
@@ -18,6 +18,12 @@ constexpr R lasting_density2_of(int body) {
     case HNAV_BODY_AIRCRAFT: return density2(30, 10); // turns by a right angle at 60 m/s
     default: return 0;
     }
+}
+
+// (m/s)^2, mean square of a vertical velocity, at least. 0: it is estimated from the force only.
+template <class R>
+constexpr R vertical2_of(int body) {
+    return body == HNAV_BODY_QUADROTOR ? 4 : 0; // it climbs as fast as it travels
 }
 
 } // namespace hnav

@@ -78,10 +78,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         const R before = c.heading_variance();
         Response<3> stepped;
         for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
-        // A field that may be false turns with what disturbs it, and the azimuth of a true one with a tilt that is not found yet.
-        constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
-        const bool is_level = larger_tilt_variance(s) < level_rad * level_rad;
-        const bool is_evidence = verdict == FieldVerdict::accept && !foreign && s.heading_confirmed != 0 && is_level;
+        const bool is_evidence = verdict == FieldVerdict::accept && !foreign && shows_steps(s);
         condition<3, considered>(c, PHt, S, innovation, stepped, is_evidence);
         if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
@@ -130,6 +127,15 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     const R noise = sigma * sigma * now * before / (before - now);
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]),
                              c.response.row(declination), false);
+}
+
+// Whether an accepted field is evidence for or against a step of the gyro bias. Its azimuth also drifts while a disturbance passes, while a
+// tilt is being found, with the waves that tilt a ship, and with iron on a body that turns.
+template <class R>
+bool AhrsModelOf<R>::shows_steps(const State& s) const {
+    constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
+    return s.heading_confirmed != 0 && larger_tilt_variance(s) < level_rad * level_rad && options_.body != HNAV_BODY_SHIP &&
+           !s.steps.has_turned(s.x);
 }
 
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.

@@ -106,8 +106,8 @@ struct LastingMotion {
     }
 
     // Logarithm of the likelihood ratio of a wrong horizon to an accelerating body. 0: the interval is too short, or acceleration is
-    // likelier, and the integration restarts.
-    R wrong_horizon(R g) {
+    // likelier, and the integration restarts. least_vertical2: mean square of the vertical velocity, at least, (m/s)^2.
+    R wrong_horizon(R g, R least_vertical2) {
         constexpr R least_s = 3, longest_s = 20, min_ratio = R(0.5), velocity2 = R(0.01), bias2 = R(0.0025), sigmas2 = 9;
         // An aircraft in a turn that begins to sink has for some seconds a mean force of g beside its horizon. What goes far may climb or
         // sink by one part in seven: the square of a slope, chosen between .0025 and .08 on simulated aircraft and cars.
@@ -115,7 +115,7 @@ struct LastingMotion {
         if (!has_lasted(force_s, least_s)) return 0;
         const Vector3Of<R> f = Vector3Of<R>(force) / force_s;
         const R by_down = f[2] + g, by_length = f.norm() - g;
-        const R vertical2 = down2 + velocity2 + slope2 * std::max(power[1], now[1]);
+        const R vertical2 = std::max(down2 + velocity2 + slope2 * std::max(power[1], now[1]), least_vertical2);
         const R variance = vertical2 / (force_s * force_s) + bias2;
         const R ratio = (by_down * by_down - by_length * by_length) / (2 * variance);
         // A force whose length differs from gravity contradicts a wrong horizon.

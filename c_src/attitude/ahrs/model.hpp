@@ -253,9 +253,10 @@ private:
     void note_motion(State& s, Correction& c) const;
 
     // admit_steps.hpp
-    static void begin_steps(State& s) { s.steps.begin(bias); }
+    static void begin_steps(State& s) { s.steps.begin(bias, s.x); }
     void carry_response(State& s) const;
     void admit_steps(State& s, Correction& c) const;
+    bool shows_steps(const State& s) const;
 
     // condition.hpp
     template <int m>

@@ -79,7 +79,7 @@ template <class R>
 bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
     constexpr R found_rad = R(0.1), heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
-    if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2)) > limit)) return false;
+    if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2), density_.vertical2) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
     forget_rotation(s, c.P, found_rad * found_rad, c.heading_variance() + heading_rad * heading_rad);
     c.error.setZero();

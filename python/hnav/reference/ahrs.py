@@ -26,6 +26,7 @@ from hnav.native.arrays import Array
 from hnav.reference.ahrs_parts import (
     ANY_HEADING,
     LASTING_DENSITY2,
+    VERTICAL2,
     BiasSteps,
     FieldNoise,
     FirstSamples,
@@ -96,7 +97,7 @@ class AhrsReference:
         self.t_s = self.corrected_s = math.nan
         self.verdict = "accept"  # on the last field
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
-        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS)
+        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), self.new_steps()
         self.clear_window()
 
     def begin_motion(self) -> None:
@@ -160,7 +161,7 @@ class AhrsReference:
         if found is None:
             return
         self.R_bn, sigma_heading = found
-        self.P, self.steps = self.first_covariance(sigma_heading), BiasSteps(ERRORS, BIAS)
+        self.P, self.steps = self.first_covariance(sigma_heading), self.new_steps()
         if self.o.start_mode == "attitude":
             self.vehicle_tilt.P[0, 0] = min(self.vehicle_tilt.P[0, 0], self.o.start_sigma_tilt_rad**2)
         field = self.first.samples.means()[1]
@@ -367,6 +368,14 @@ class AhrsReference:
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
 
+    def new_steps(self) -> BiasSteps:
+        return BiasSteps(ERRORS, BIAS, self.R_bn)
+
+    def shows_steps(self) -> bool:
+        """Whether an accepted field is evidence for or against a step of the gyro bias."""
+        is_level = max(np.diag(self.P)[PHI][:2]) < 0.045**2
+        return bool(self.confirmed and is_level and self.o.body != "ship" and not self.steps.has_turned(self.R_bn))
+
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
         steps = self.steps
@@ -374,9 +383,9 @@ class AhrsReference:
             mean, covariance = steps.found()
             self.error += steps.response @ mean
             self.E = self.E + steps.response @ covariance @ steps.response.T
-            self.steps = BiasSteps(ERRORS, BIAS)
+            self.steps = self.new_steps()
         elif steps.is_over():
-            self.steps = BiasSteps(ERRORS, BIAS)
+            self.steps = self.new_steps()
 
     def correct_by_force(self, rests: bool) -> None:
         self.note_motion()
@@ -418,7 +427,7 @@ class AhrsReference:
 
     def level_again(self) -> bool:
         """Turns the horizon to the mean force if that is gravity and the horizon differs from it."""
-        if not (self.o.lost_ratio > 0 and self.lasting.wrong_horizon() > self.o.lost_ratio):
+        if not (self.o.lost_ratio > 0 and self.lasting.wrong_horizon(VERTICAL2.get(self.o.body, 0.0)) > self.o.lost_ratio):
             return False
         self.turn_up(self.lasting.force)
         self.forget_rotation(0.1**2, self.E[HEADING, HEADING] + 0.2**2)
@@ -593,8 +602,7 @@ class AhrsReference:
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
         if self.verdict != "reject":
             inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
-            is_level = max(np.diag(self.P)[PHI][:2]) < 0.045**2
-            is_evidence = bool(self.verdict == "accept" and not foreign and self.confirmed and is_level)
+            is_evidence = bool(self.verdict == "accept" and not foreign and self.shows_steps())
             self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, is_evidence)
             self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
         still = self.rest.at_rest()
@@ -728,7 +736,7 @@ class AhrsReference:
         self.lost = True
 
     def forget_rotation(self, tilt_variance: float, heading_variance: float) -> None:
-        self.steps = BiasSteps(ERRORS, BIAS)
+        self.steps = self.new_steps()
         for rows in (V, PHI):
             self.E[rows], self.E[:, rows] = 0, 0
         self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)

@@ -218,6 +218,8 @@ LASTING_DENSITY2 = {
     )
 }  # fmt: skip
 """2 sigma^2 tau of a velocity that changes by sigma and stays for tau, (m/s)^2/Hz."""
+VERTICAL2 = {"quadrotor": 4.0}
+"""(m/s)^2, mean square of a vertical velocity, at least."""
 
 
 class LastingMotion:
@@ -267,8 +269,11 @@ class LastingMotion:
     def density2(self) -> float:
         return float(np.max(2 * np.array(self.SCALES_S) * np.maximum(self.power, self.now)))
 
-    def wrong_horizon(self) -> float:
-        """Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates."""
+    def wrong_horizon(self, least_vertical2: float) -> float:
+        """Logarithm of the ratio of likelihoods that the horizon is wrong and that the body accelerates.
+
+        least_vertical2: mean square of the vertical velocity, at least, (m/s)^2.
+        """
         if not has_lasted(self.force_s, 3):
             return 0.0
         f = self.force / self.force_s
@@ -276,6 +281,7 @@ class LastingMotion:
         vertical2 = (
             self.down2 + 0.01 + 0.02 * float(max(self.power[1], self.now[1]))
         )  # what goes far may climb by one part in seven
+        vertical2 = max(vertical2, least_vertical2)
         variance = vertical2 / self.force_s**2 + 0.0025
         ratio = float(by_down**2 - by_length**2) / (2 * variance)
         if ratio > 0.5 and not has_passed(self.force_s, 20) and by_length**2 < 9 * variance:
@@ -313,12 +319,17 @@ class BiasSteps:
 
     STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 24.0, 3.0, 0.25, 20.0
 
-    def __init__(self, errors: int, bias: slice):
+    def __init__(self, errors: int, bias: slice, R_bn: Array):
+        self.R_bn = R_bn  # at the begin of the window
         self.response = np.zeros((errors, 3))
         """Of the error to unit steps."""
         self.response[bias] = np.eye(3)
         self.information, self.sum = np.zeros((3, 3)), np.zeros(3)
         self.since_s = self.rate_power = self.unseen_s = self.likely_s = 0.0
+
+    def has_turned(self, R_bn: Array) -> bool:
+        """By more than 0.7 rad since the begin of the window."""
+        return float(1 + np.trace(self.R_bn.T @ R_bn)) / 4 < 0.94**2
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
