@@ -387,10 +387,10 @@ void Model::correct(State& s, const Event& event) const {
     Covariance P = Covariance::of(s);
     note_stated(s, event);
     const Colour colour = colour_of(s, s.mean);
-    propagate(s, P, s.mean);
+    const double tilt_kept = propagate(s, P, s.mean);
     const bool sees_field = wants_field(s, event);
     if (sees_field) begin_field(s, P, event);
-    note_prediction(s, P);
+    note_prediction(s, P, tilt_kept);
     s.direction *= direction_kept(s);
     vec(s.in_t.colour) = Vector3(vec(s.in_t.colour).cwiseProduct(vec(colour.kept)));
     admit_learnt_noise(s, P);

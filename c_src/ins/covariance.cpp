@@ -160,18 +160,20 @@ void decay(Covariance& P, double* mean, int row, double share) {
 
 } // namespace
 
-void Model::note_prediction(const State& s, const Covariance& P) const {
+void Model::note_prediction(const State& s, const Covariance& P, double tilt_kept) const {
     if (!step_) return;
     Transition flown = transition(s);
+    for (double* row : {flown.M[row_phi], flown.M[row_phi + 1]})
+        for (int j = 0; j < movers; ++j) row[j] *= tilt_kept;
     const Colour colour = colour_of(s, s.mean);
     for (int i = 0; i < 3; ++i) flown.colour_kept[i] = colour.kept[i];
     flown.direction_kept = direction_kept(s);
     step_->begin(flown, P, s.axes);
 }
 
-void Model::propagate(const State& s, Covariance& P, double* mean) const {
+double Model::propagate(const State& s, Covariance& P, double* mean) const {
     const double T = s.window.length_s;
-    if (!(T > 0)) return;
+    if (!(T > 0)) return 1;
     const double heading_before = P[row_phi + 2][row_phi + 2];
     with_rows(P.n, [&](auto n) { carry<n>(transition(s), P, mean); });
     const Colour colour = colour_of(s, mean);
@@ -183,7 +185,7 @@ void Model::propagate(const State& s, Covariance& P, double* mean) const {
     P[row_offset][row_offset] += 2 * options_.pressure_colour_m * options_.pressure_colour_m * T / options_.pressure_colour_s;
     if (P.n == errors) spoil_field(s, P, mean);
     add_noise(s, P);
-    turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
+    return turn_tilt(P, P[row_phi + 2][row_phi + 2] - heading_before);
 }
 
 // Iron and strength of the field are slow random walks; the direction of the field is a first-order process over the place.
@@ -196,9 +198,9 @@ void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
 }
 
 // A heading drift of unknown rate also rotates the tilt error. Averages the tilt covariance over a Gaussian rotation of this variance
-// (exact for the two axes), so that a long rotation does not make the tilt error grow.
-void Model::turn_tilt(Covariance& P, double lost) {
-    if (!(lost > 0)) return;
+// (exact for the two axes), so that a long rotation does not make the tilt error grow. Returns the share that each error keeps in the mean.
+double Model::turn_tilt(Covariance& P, double lost) {
+    if (!(lost > 0)) return 1;
     const double a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1], c = P[row_phi][row_phi + 1];
     const double kept = std::exp(-0.5 * lost), swapped = -0.5 * std::expm1(-2 * lost);
     P.scale(row_phi, kept);
@@ -206,6 +208,7 @@ void Model::turn_tilt(Covariance& P, double lost) {
     P[row_phi][row_phi] = a + swapped * (b - a);
     P[row_phi + 1][row_phi + 1] = b + swapped * (a - b);
     P[row_phi][row_phi + 1] = P[row_phi + 1][row_phi] = (1 - 2 * swapped) * c;
+    return kept;
 }
 
 // The accuracy that a receiver reports is mostly a slowly varying error, which averaging does not reduce. A sigma below `sharp` of the

@@ -147,13 +147,13 @@ private:
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
-    void propagate(const State& s, Covariance& P, double* mean) const;
-    void note_prediction(const State& s, const Covariance& P) const;
+    double propagate(const State& s, Covariance& P, double* mean) const; // returns the share of the tilt error that turn_tilt keeps
+    void note_prediction(const State& s, const Covariance& P, double tilt_kept) const;
     double force_psd(const State& s) const;
     double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
     void note_mean_force(State& s, const Vector3& force, double interval_s) const;
-    static void turn_tilt(Covariance& P, double lost);
+    static double turn_tilt(Covariance& P, double lost);
     static constexpr double usual_colour = 3; // usual largest slow GNSS error, in sigmas
     static constexpr double usual_bias = 8; // of Consistency::bias; exceeded with probability 2e-5 (chi-square of three / 3)
     // Slow GNSS error: its sigma in m from the stated sigma of a fix; and for north, east, down the share kept and the variance added

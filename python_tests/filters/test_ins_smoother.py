@@ -83,6 +83,13 @@ def test_a_second_pass_over_false_steps_is_given_up():
         assert means[1, 1, 2] < means[0, 1, 2] and means[1, 1, 0] < means[0, 1, 0], kind
 
 
+def test_an_uncertain_heading_leaves_the_tilt_a_sigma():
+    """The prediction turns the tilt with an unknown drift of the heading. Hindsight that did not left 0.02 deg, of other ships 0."""
+    samples, _ = vehicle("ship", "consumer", 2, 200.0)
+    run = hnav.Ins("consumer", **FAST).smooth(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids)
+    assert np.nanmin(run.sigma_rotation_rad[:, :2]) > np.radians(0.05)
+
+
 def test_the_last_row_is_the_filters_and_nothing_of_the_filter_moves(drive):
     samples, _ = drive
     filtered, smoothed = both(samples)
