@@ -176,6 +176,19 @@ def test_parameters_are_those_of_the_plan(little_fmu, tmp_path, version):
 
 
 @versions
+def test_bounds_cut_a_start_once(little_fmu, tmp_path, version):
+    """The mean of a start that bounds cut is not the start that they cut."""
+    plan = little_plan(little_fmu).parameter("k", start_sigma=2.0, min=0.0)
+    plan.export(tmp_path / "bounded.fmu", version, period_s=STEP_S)
+    observer, of_plant = Observer(plan), plan.plant.variables["k"].start
+    assert observer.estimate()[0]["k"] > of_plant + 0.1
+    with Fmu(tmp_path / "bounded.fmu") as fmu:
+        assert float(fmu.variables["start.k"].start) == of_plant
+        fmu.initialise()
+        assert fmu.get("est.k") == pytest.approx(observer.estimate()[0]["k"], rel=1e-12)
+
+
+@versions
 def test_estimates_do_not_depend_on_who_reads_them(exported, version):
     """The look-ahead is computed only where it is read."""
     with Fmu(exported[version]) as read, Fmu(exported[version]) as unread:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 IDENTIFIER = "Observer"
 PLANT = "resources/plant/"
-_INF = float("inf")
+_INF, _NAN = float("inf"), float("nan")
 LARGEST_COVARIANCE = 16  # numbers that are estimated: of more, what they have in common has rows on request
 _OWN_OPTIONS = ("start_time_s",)  # given by the importer
 _SECOND = Unit(1.0, 0.0, (0, 0, 1, 0, 0, 0, 0, 0))
@@ -198,6 +198,11 @@ def _parameter(
     return dataclasses.replace(made, **more)  # type: ignore[arg-type]
 
 
+def _first_finite(*values: float) -> float:
+    """Of the start values before bounds cut them, which the FMU does too: the observer's estimate is the last resort."""
+    return next(value for value in values if value == value)
+
+
 def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     plan, (starts, _) = observer.plan, observer.estimate()
     yield _parameter(
@@ -211,7 +216,7 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     for k, (name, told) in enumerate(known.items()):
         unit = _unit(observer, name)
         density = f"{unit}/sqrt(s)" if unit else "1/sqrt(s)"
-        start = told.start if told.start == told.start else starts[name]  # that of the plan, before its bounds cut it
+        start = _first_finite(told.start, plan.set_values.get(name, _NAN), plant_of(observer).variables[name].start, starts[name])
         yield _parameter("start", k, f"start.{name}", "Estimate at the start", start, unit, min=-_INF)
         yield _parameter(
             "start_sigma", k, f"start_sigma.{name}", "Its standard deviation", told.start_sigma, unit, is_difference=True
