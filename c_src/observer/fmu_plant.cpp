@@ -236,8 +236,9 @@ bool FmuPlant::differs(const Point& at) const {
 // Parameters and discrete inputs may change in event mode only.
 Answer FmuPlant::change_discrete(const Point& at) {
     if (!differs(at)) return Answer::ok;
-    if (sizes.events && has_gone_on_) {
-        // Not from the state of another evaluation.
+    if (sizes.events && (has_gone_on_ || is_moved_)) {
+        // Not from the state of another evaluation, which may lie beyond an event that has not happened.
+        has_gone_on_ = true;
         const Answer back = recall(held_);
         return back == Answer::ok ? change_discrete(at) : back;
     }
@@ -257,6 +258,7 @@ Answer FmuPlant::move_to(const Point& at) {
     if (!running_ && !restart()) return Answer::broken;
     if (by_steps()) return place(at);
     Answer done = change_discrete(at);
+    is_moved_ = true;
     if (done == Answer::ok) done = keep(fmi_->set_time(at.t_s), "SetTime");
     if (done == Answer::ok) done = keep(fmi_->set_states(at.x, sizes.states), "SetContinuousStates");
     for (int i = 0; done == Answer::ok && i < sizes.inputs; ++i) {
@@ -290,7 +292,7 @@ bool FmuPlant::go_to_start(Refusal& why) {
     if (plan_.once || plan_.never_freed) return recall(held_) == Answer::ok || refuse(why);
     free_instance();
     running_ = false;
-    has_gone_on_ = false;
+    has_gone_on_ = is_moved_ = false;
     return start(why) && (remember(held_) == Answer::ok || refuse(why));
 }
 
@@ -432,7 +434,7 @@ Answer FmuPlant::remember(double* memory) {
     const Answer done = keep(memory_.store(*fmi_, holders, before_memory(), memory + before_memory()), "saving its state");
     if (done != Answer::ok) return done;
     if (memory != held_) std::memcpy(held_, memory, sizes.memory * sizeof(double));
-    has_gone_on_ = false;
+    has_gone_on_ = is_moved_ = false;
     return done;
 }
 
@@ -447,7 +449,7 @@ Answer FmuPlant::recall(const double* memory) {
         running_ = false;
         return done;
     }
-    has_gone_on_ = false;
+    has_gone_on_ = is_moved_ = false;
     std::copy_n(held_, sizes.inputs, inputs_);
     std::copy_n(held_ + sizes.inputs, sizes.parameters, parameters_);
     t_s_ = held_[inputs_and_parameters()];

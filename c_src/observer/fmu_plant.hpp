@@ -86,6 +86,7 @@ private:
     FmuMemory memory_;
     double* held_ = nullptr;
     bool has_gone_on_ = false;
+    bool is_moved_ = false; // to a time and states other than those it was saved at
     double next_event_s_ = HUGE_VAL, first_event_s_ = HUGE_VAL;
     // Variables of sensors, each once, and the one of each sensor: some FMUs return a repeated variable once.
     Reference asked_[max_channels_used] = {};
