@@ -218,6 +218,17 @@ def test_axes_of_a_field_that_the_filter_does_not_use_spoil_nothing(held):
     assert not any(finding.is_meaningless for finding in FAULTS["field in G"].make(swapped).check())
 
 
+def test_a_leg_that_swings_faster_forward_than_back_is_not_taken_for_degrees():
+    """A telephone in a pocket: 1.2 rad/s forward for a quarter of a step, 0.4 rad/s back. The median of the rates is no bias."""
+    rng, t = np.random.default_rng(1), np.arange(0, 120, 0.01)
+    forward = (1.1 * t) % 1 < 0.25
+    rate = 0.01 * rng.normal(size=(len(t), 3)) + np.where(forward[:, None], [0, 1.2, 0], [0, -0.4, 0])
+    angle = np.cumsum(rate[:, 1]) * 0.01
+    shaken = 6 * np.sin(2.2 * np.pi * t + 0.3)[:, None] * [1, 0, 0.5] + 0.5 * rng.normal(size=rate.shape)
+    force = -9.8 * np.stack([-np.sin(angle), 0 * t, np.cos(angle)], axis=1) + shaken
+    assert unit_of_rates({"gyro": (t, rate), "accel": (t, force)}).unit != "deg/s"
+
+
 def test_a_body_that_turns_full_circles_between_windows_is_not_taken_for_one_that_stands_still(broad_trials):
     for path in broad_trials.values():
         assert not alarms(replace(read(path), field_b_tesla=None, origin=None)), path

@@ -77,15 +77,17 @@ def _turning(
     if count < ENOUGH or count > len(t_s):
         return None
     edges_s = max(gyro_s[0], t_s[0]) + window_s * np.arange(count + 1)
-    means, middles = _means(t_s, vector, edges_s), 0.5 * (edges_s[1:] + edges_s[:-1])
+    means = _means(t_s, vector, edges_s)
     size = float(np.median(np.linalg.norm(means, axis=1)))
     if not size > 0 or not np.isfinite(means).all():
         return None
     unit = means / size
-    angle = integral_over(gyro_s, rate, middles)
+    # Of both the means: a swing that is faster than the windows leaves neither.
+    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(integral_over(gyro_s, rate, t_s), axis=0)])
+    angle = np.diff(_means(t_s, turned, edges_s), axis=0)
     # Small angles: dv = v x theta.
     turning = np.cross(unit[:-1], angle)
-    said = np.cross(unit[:-1], angle - np.median(rate, axis=0) * window_s)
+    said = np.cross(unit[:-1], angle - np.median(angle, axis=0))
     return _by_turning(np.diff(unit, axis=0), turning, said, window_s, is_field)
 
 
@@ -136,7 +138,8 @@ def _by_noise(gyro_s: np.ndarray, rate: np.ndarray) -> Evidence:
 
 def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
     """Whether a mean rate perpendicular to gravity or field, which these do not follow, is larger than any bias."""
-    mean = np.median(rate, axis=0)
+    # The median is not moved by spikes, the mean not by a swing that is faster one way than back.
+    middle, mean = np.median(rate, axis=0), rate.mean(axis=0)
     for sensor in ("accel", "mag"):
         if sensor in live:
             t_s, vector = live[sensor]
@@ -146,7 +149,7 @@ def _steady(rate: np.ndarray, live: Samples) -> Evidence | None:
             if float(np.min(lengths)) < STAYED * float(np.median(np.linalg.norm(vector, axis=1))):
                 continue
             unit = means / lengths
-            across = float(np.median(np.linalg.norm(np.cross(unit, mean), axis=1)))
+            across = min(float(np.median(np.linalg.norm(np.cross(unit, of), axis=1))) for of in (middle, mean))
             seen = float(np.max(np.linalg.norm(np.diff(unit, axis=0), axis=1))) * ENOUGH / float(t_s[-1] - t_s[0])
             if across > LARGEST_BIAS and seen < 0.2 * across:
                 return Evidence("deg/s", f"a mean of {across:.2g} would turn the body on and on in rad/s, and it did not turn")
