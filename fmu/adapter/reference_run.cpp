@@ -125,8 +125,9 @@ void write_reference_manifest(const Writer& w) {
 
 void write_reference_experiment(const Writer& w, bool has_input) {
     w.text("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<Experiments name=\"References\">\n  <Experiment name=\"example\"");
-    w.attribute("description",
-                "Co-Simulation with held inputs; outputs agree to tolerance x max(1, |value|), counts and flags exactly, but for those of the solver, which also counts what is read");
+    w.attribute(
+        "description",
+        "Co-Simulation with held inputs; outputs agree to tolerance x max(1, |value|), counts and flags exactly, but for those of the solver, which also counts what is read");
     w.attribute("startTime", 0.0);
     w.attribute("stopTime", steps * model_info.experiment.step_s);
     w.attribute("stepSize", model_info.experiment.step_s);
