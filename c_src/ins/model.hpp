@@ -147,7 +147,8 @@ private:
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
-    double propagate(const State& s, Covariance& P, double* mean) const; // returns the share of the tilt error that turn_tilt keeps
+    // Returns the share of the tilt error that turn_tilt keeps.
+    double propagate(const State& s, Covariance& P, double* mean) const;
     void note_prediction(const State& s, const Covariance& P, double tilt_kept) const;
     double force_psd(const State& s) const;
     double turn_variance(const State& s) const;

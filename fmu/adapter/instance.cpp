@@ -290,7 +290,12 @@ void Instance::say_what_was_lost(double apart_s) {
     const Lost lost = model_->lost();
     if (!lost.by || (lost.sparse && said_sparse_)) return;
     (lost.sparse ? said_sparse_ : said_lost_) = true;
-    if (lost.sparse)
+    if (lost.unstamped)
+        fail(
+            "warning: %s counts samples whose t_meas does not change, or is more than 1000 s away from the time of the simulation: "
+            "connect t_meas of that sensor, in seconds of the simulation",
+            lost.by);
+    else if (lost.sparse)
         warn("communication step %g s > %s = %g s: inputs are one sample of each step, so the filter learns less", apart_s,
              lost.by, lost.period_s);
     else if (lost.period_s > 0)

@@ -16,11 +16,11 @@ struct Message {
 };
 
 // Which samples were lost: by the name of the period parameter and its value, or by the name of the counter, which has no
-// value. sparse: none, but steps longer than the period have one sample each.
+// value. sparse: none, but steps longer than the period have one sample each. unstamped: samples are counted, and their times are none.
 struct Lost {
     const char* by = nullptr;
     double period_s = 0;
-    bool sparse = false;
+    bool sparse = false, unstamped = false;
 };
 
 // Of the default experiment.
@@ -39,9 +39,9 @@ struct ModelInfo {
     Experiment experiment;
     States states = {0, 0};
     bool model_exchange = true; // offered at all
-    bool derivatives = true;    // along a direction of the states, in Model Exchange
-    bool arrays = false;        // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
-    bool clocks = false;        // samples come or go by triggered clocks in place of counters; FMI 3 alone
+    bool derivatives = true; // along a direction of the states, in Model Exchange
+    bool arrays = false; // vectors and matrices are one variable each, see arrays.hpp; FMI 3 alone
+    bool clocks = false; // samples come or go by triggered clocks in place of counters; FMI 3 alone
 };
 
 // For a sensor, which samples a truth: no states, Co-Simulation only. PyFMI takes 500 steps over the default experiment: of 5

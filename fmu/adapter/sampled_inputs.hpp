@@ -34,6 +34,8 @@ struct SampledInputs {
     double first_missed; // the input that first lost one, counted from 1; 0 while none has
     double first_sparse; // likewise, the first with a step longer than its period, in automatic mode
     double first_mistaken; // likewise, the one whose counter first changed after samples at its period
+    double first_unstamped; // likewise, the first whose counter changed while its t_meas did not, or was none of the simulation
+    double last_t_meas_s[most], has_t_meas[most];
 
     // Whether input i has a new sample at t_s. now, t_meas_s: see SamplingClock.
     bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
@@ -45,8 +47,18 @@ struct SampledInputs {
             if (sample->lost > 0 && first == 0) first = i + 1;
             if (!sparse) missed += sample->lost;
         }
+        if (valid && clock[i].mode == counter) check_stamp(i, t_s, t_meas_s);
         if (valid) clock[i].by_period = 1;
         return valid;
+    }
+
+    // A sample that is counted has a time of its own, in seconds of the simulation.
+    void check_stamp(int i, double t_s, double t_meas_s) {
+        constexpr double far_s = 1000; // chosen: later than any sample, and reached within a second by times in ms
+        const bool repeats = has_t_meas[i] != 0 && t_meas_s == last_t_meas_s[i];
+        if (first_unstamped == 0 && (repeats || std::fabs(t_meas_s - t_s) > far_s)) first_unstamped = i + 1;
+        last_t_meas_s[i] = t_meas_s;
+        has_t_meas[i] = 1;
     }
 
     // Called before samples are taken: the counter of input i has changed, so its samples at the period were no new ones.
@@ -109,10 +121,11 @@ struct SampledInputs {
         return first_mistaken > 0 ? name(static_cast<int>(first_mistaken) - 1, true) : nullptr;
     }
 
-    // The message about the first lost sample, or else the first long step. name(i, by_counter): of the counter of input i, or
-    // of its period.
+    // The message about the first sample without a time, or else the first lost one, or else the first long step. name(i,
+    // by_counter): of the counter of input i, or of its period.
     template <class Name>
     Lost lost(Name&& name) const {
+        if (first_unstamped > 0) return {name(static_cast<int>(first_unstamped) - 1, true), 0, false, true};
         const double first = first_missed > 0 ? first_missed : first_sparse;
         if (first == 0) return {};
         const int i = static_cast<int>(first) - 1;

@@ -276,3 +276,19 @@ def test_states_go_back_and_forth_while_samples_wait(name, version):
         state = f.deserializeFMUState(content) if fmu.fmi3 else f.deSerializeFMUstate(content)
         (f.setFMUState if fmu.fmi3 else f.setFMUstate)(state)
         assert go(6, 9) == ends[2]
+
+
+@pytest.mark.parametrize("name", ["Ahrs", "Ins"])
+@pytest.mark.parametrize(
+    "stamp", [lambda t_s: 0.0, lambda t_s: 1.7e9 + t_s, lambda t_s: 1e3 * t_s], ids=["none", "since 1970", "ms"]
+)
+def test_counted_samples_without_a_time_of_the_simulation_are_logged_once(name, stamp):
+    with Fmu(fmu_path(name, 3)) as fmu:
+        fmu.initialise()
+        for k in range(120):
+            for sensor in ("gyro", "accel"):
+                fmu.set(f"{sensor}.sample", k + 1)
+                fmu.set(f"{sensor}.t_meas", stamp(0.01 * k))
+            fmu.set("accel.force[3]", -9.81)
+            fmu.do_step(0.01 * k, 0.01)
+        assert sum(".sample counts samples whose t_meas does not change" in line for line in fmu.messages) == 1
