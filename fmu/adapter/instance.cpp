@@ -290,6 +290,10 @@ void Instance::say_what_was_lost(double apart_s) {
     const Lost lost = model_->lost();
     if (!lost.by || (lost.sparse && said_sparse_)) return;
     (lost.sparse ? said_sparse_ : said_lost_) = true;
+    say(lost, apart_s);
+}
+
+void Instance::say(const Lost& lost, double apart_s) const {
     if (lost.unstamped)
         fail(
             "warning: %s counts samples whose t_meas does not change, or is more than 1000 s away from the time of the simulation: "

@@ -146,6 +146,7 @@ private:
     void set_logging(bool on);
     bool take_samples(double t_s);
     void say_what_was_lost(double apart_s);
+    void say(const Lost& lost, double apart_s) const;
     bool sample_inside(double end_s, Message* why);
     Status process_samples(bool* states_changed);
     Status make_table();
