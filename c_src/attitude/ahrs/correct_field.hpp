@@ -129,15 +129,6 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
                              c.response.row(declination), false);
 }
 
-// Whether an accepted field is evidence for or against a step of the gyro bias. Its azimuth also drifts while a disturbance passes, while a
-// tilt is being found, with the waves that tilt a ship, and with iron on a body that turns.
-template <class R>
-bool AhrsModelOf<R>::shows_steps(const State& s) const {
-    constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
-    return s.heading_confirmed != 0 && larger_tilt_variance(s) < level_rad * level_rad && options_.body != HNAV_BODY_SHIP &&
-           !s.steps.has_turned(s.x);
-}
-
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.
 template <class R>
 void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {

@@ -174,9 +174,9 @@ private:
     // A steady false field cannot be distinguished from a true one. Readiness therefore requires that the field was observed for a while,
     // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
+        if (s.heading_confirmed == 0 || has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s)) return false;
         const R added = reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
-        return s.heading_confirmed != 0 && !has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s) &&
-               angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, R(options_.ready_heading_rad));
+        return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, R(options_.ready_heading_rad));
     }
     // Of the heading by a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
     static R tilted_field_variance(const State& s) {

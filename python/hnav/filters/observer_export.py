@@ -174,17 +174,21 @@ def _sampled(kind: str, index: int, name: str) -> list[Row]:
     ]  # fmt: skip
 
 
+def _first_known(*values: float) -> float:
+    """The first that is not NaN."""
+    return next(value for value in values if value == value)
+
+
 def _inputs(observer: Observer) -> Iterator[Row]:
     fmu, plan = plant_of(observer), observer.plan
     for k, (name, sensor) in enumerate(plan.sensors.items()):
         start = fmu.variables[sensor.of].start
         yield Row("sensor_value", k, f"{name}.value", "Sample of this variable of the plant", causality="input",
-                  unit=_unit(observer, sensor.of), start=start if start == start else 0.0)  # fmt: skip
+                  unit=_unit(observer, sensor.of), start=_first_known(start, 0.0))  # fmt: skip
         yield from _sampled("sensor", k, name)
         yield Row("sensor_valid", k, f"{name}.valid", "False: the sample is not used", "boolean", "input", start=1)
     for k, (name, told) in enumerate(plan.inputs.items()):
-        own = fmu.variables[name].start
-        known = told.start if told.start == told.start else own if own == own else 0.0
+        known = _first_known(told.start, fmu.variables[name].start, 0.0)
         yield Row("input_value", k, f"{name}.value", "Input of the plant, held from sample to sample", causality="input",
                   unit=_unit(observer, name), start=known)  # fmt: skip
         yield from _sampled("input", k, name)
@@ -196,11 +200,6 @@ def _parameter(
 ) -> Row:
     made = Row(role, index, name, text, causality="parameter", variability="fixed", unit=unit, start=start, min=min)
     return dataclasses.replace(made, **more)  # type: ignore[arg-type]
-
-
-def _first_finite(*values: float) -> float:
-    """Of the start values before bounds cut them, which the FMU does too: the observer's estimate is the last resort."""
-    return next(value for value in values if value == value)
 
 
 def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
@@ -216,7 +215,8 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     for k, (name, told) in enumerate(known.items()):
         unit = _unit(observer, name)
         density = f"{unit}/sqrt(s)" if unit else "1/sqrt(s)"
-        start = _first_finite(told.start, plan.set_values.get(name, _NAN), plant_of(observer).variables[name].start, starts[name])
+        # Before bounds cut it, which the FMU does too; that of the estimate they have cut.
+        start = _first_known(told.start, plan.set_values.get(name, _NAN), plant_of(observer).variables[name].start, starts[name])
         yield _parameter("start", k, f"start.{name}", "Estimate at the start", start, unit, min=-_INF)
         yield _parameter(
             "start_sigma", k, f"start_sigma.{name}", "Its standard deviation", told.start_sigma, unit, is_difference=True

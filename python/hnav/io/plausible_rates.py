@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hnav.io.findings import Samples
-from hnav.io.turning import integral_over
+from hnav.io.turning import integral
 
 WINDOWS_S = {"mag": (0.1, 0.5, 2.0, 8.0), "accel": (0.1, 0.5, 2.0)}
 """Window lengths. In longer ones a coordinated turn of an aircraft leaves the force constant in the body."""
@@ -59,9 +59,13 @@ def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
     if shaken and float(np.quantile(np.abs(rate).max(axis=1), 0.99)) < SLOW:
         return Evidence("rad/s", "the body is shaken, and in deg/s would never turn")
     for sensor, windows_s in WINDOWS_S.items():
-        for window_s in windows_s if sensor in live else ():
-            vector = live[sensor][0] * time_factor, live[sensor][1]
-            if evidence := _turning(gyro_s, rate, *vector, window_s, sensor == "mag"):
+        if sensor not in live:
+            continue
+        t_s, vector = live[sensor][0] * time_factor, live[sensor][1]
+        both_s = max(gyro_s[0], t_s[0]), min(gyro_s[-1], t_s[-1])
+        turned = integral(gyro_s, rate, t_s)
+        for window_s in windows_s:
+            if evidence := _turning(t_s, vector, turned, both_s, window_s, sensor == "mag"):
                 return evidence
     if evidence := _steady(rate, live):
         return evidence
@@ -69,21 +73,20 @@ def unit_of_rates(live: Samples, time_factor: float = 1.0) -> Evidence:
 
 
 def _turning(
-    gyro_s: np.ndarray, rate: np.ndarray, t_s: np.ndarray, vector: np.ndarray, window_s: float, is_field: bool
+    t_s: np.ndarray, vector: np.ndarray, turned: np.ndarray, both_s: tuple[float, float], window_s: float, is_field: bool
 ) -> Evidence | None:
-    """The observed rotation of a vector over windows against the integrated rates without their mean."""
-    length_s = min(gyro_s[-1], t_s[-1]) - max(gyro_s[0], t_s[0])
-    count = int(length_s / window_s)
+    """The observed rotation of a vector over windows against the integrated rates, without their mean, while both are there."""
+    begin_s, end_s = both_s
+    count = int((end_s - begin_s) / window_s)
     if count < ENOUGH or count > len(t_s):
         return None
-    edges_s = max(gyro_s[0], t_s[0]) + window_s * np.arange(count + 1)
+    edges_s = begin_s + window_s * np.arange(count + 1)
     means = _means(t_s, vector, edges_s)
     size = float(np.median(np.linalg.norm(means, axis=1)))
     if not size > 0 or not np.isfinite(means).all():
         return None
     unit = means / size
     # Of both the means: a swing that is faster than the windows leaves neither.
-    turned = np.concatenate([np.zeros((1, 3)), np.cumsum(integral_over(gyro_s, rate, t_s), axis=0)])
     angle = np.diff(_means(t_s, turned, edges_s), axis=0)
     # Small angles: dv = v x theta.
     turning = np.cross(unit[:-1], angle)

@@ -794,12 +794,13 @@ class AhrsReference:
         tilt = self.tilt_excess.variance + vehicle * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
         heading = self.all_reference_variance() + vehicle * self.tilted_field_variance()
         covariance += np.diag([tilt, tilt, heading])
-        return covariance + np.outer(self.hold_error(), self.hold_error())
+        by_hold = self.hold_error()
+        return covariance + np.outer(by_hold, by_hold)
 
     def hold_error(self) -> Array:
         """rad, about the navigation axes: what a rate turns the attitude by in the time by which it may be early or late."""
-        by_hold: Array = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold + UNSTATED_INSTANT) * self.gyro.usual_s
-        return by_hold
+        error: Array = self.R_bn @ self.turn_rate() * math.sqrt(self.wrong_hold + UNSTATED_INSTANT) * self.gyro.usual_s
+        return error
 
     def all_reference_variance(self) -> float:
         """rad^2. The earth's field has 22 to 67 uT: of a reference beyond that a part of at least the difference is false."""

@@ -278,10 +278,8 @@ class LastingMotion:
             return 0.0
         f = self.force / self.force_s
         by_down, by_length = f[2] + G_M_S2, float(np.linalg.norm(f)) - G_M_S2
-        vertical2 = (
-            self.down2 + 0.01 + 0.02 * float(max(self.power[1], self.now[1]))
-        )  # what goes far may climb by one part in seven
-        vertical2 = max(vertical2, least_vertical2)
+        # What goes far may climb by one part in seven.
+        vertical2 = max(self.down2 + 0.01 + 0.02 * float(max(self.power[1], self.now[1])), least_vertical2)
         variance = vertical2 / self.force_s**2 + 0.0025
         ratio = float(by_down**2 - by_length**2) / (2 * variance)
         if ratio > 0.5 and not has_passed(self.force_s, 20) and by_length**2 < 9 * variance:
