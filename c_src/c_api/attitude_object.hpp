@@ -10,6 +10,7 @@
 #include "hnav/hnav.h"
 #include "hybrid/filter.hpp"
 #include "maths/scalar.hpp"
+#include "signals/hold.hpp"
 
 namespace hnav {
 
@@ -23,7 +24,7 @@ struct EveryAttitude : hnav_filter {
 
     Frames frames;
     int sensors = 0; // accepted by the model
-    bool backward_hold = false;
+    Hold hold = Hold::forward; // of the rate
     bool causal_only = false; // has inputs that act on the interval before them, and cannot apply them later
     bool in_callers_memory = false;
 
@@ -91,11 +92,11 @@ public:
     using State = typename Model::State;
     using FilterOfModel = Filter<Model>;
 
-    SmallAttitudeFilter(const Frames& in_frames, bool holds_backward) {
+    SmallAttitudeFilter(const Frames& in_frames, Hold of_rate) {
         frames = in_frames;
         sensors = Model::sensors;
-        backward_hold = holds_backward;
-        causal_only = holds_backward && !Model::reholds;
+        hold = of_rate;
+        causal_only = hold != Hold::forward && !Model::reholds;
     }
 
     void reset() override { filter_.reset(); }
@@ -243,7 +244,8 @@ public:
         return HNAV_OK;
     }
     const char* cannot_jump() const override {
-        return this->causal_only ? "gyro_hold = backward: an integrator outside cannot know the rate before its sample" : nullptr;
+        return this->causal_only ? "gyro_hold is not forward: an integrator outside cannot know the rate before its sample"
+                                 : nullptr;
     }
     double next_event_s() const override { return filter_.next_event_s(); }
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override { return filter_.jump(t_s, x_minus, x_plus); }
@@ -264,8 +266,8 @@ public:
     using Base::Base;
 
     // Null without memory.
-    static AttitudeFilter* make(const Model& model, const Frames& frames, bool backward_hold, const Settings& settings) {
-        auto* self = make_object<AttitudeFilter>(frames, backward_hold);
+    static AttitudeFilter* make(const Model& model, const Frames& frames, Hold hold, const Settings& settings) {
+        auto* self = make_object<AttitudeFilter>(frames, hold);
         if (!self) return nullptr;
         if (!self->filter_.create(model, settings)) {
             self->destroy();
@@ -279,11 +281,10 @@ public:
         return object_bytes + Filter<Model>::bytes(model, settings) + alignment;
     }
     // By the closed form.
-    static AttitudeFilter* make_in(void* memory, const Model& model, const Frames& frames, bool backward_hold,
-                                   const Settings& settings) {
+    static AttitudeFilter* make_in(void* memory, const Model& model, const Frames& frames, Hold hold, const Settings& settings) {
         char* const place = aligned(memory);
         std::memset(place, 0, bytes(model, settings) - alignment);
-        auto* self = new (place) AttitudeFilter(frames, backward_hold);
+        auto* self = new (place) AttitudeFilter(frames, hold);
         self->in_callers_memory = true;
         self->filter_.create_in(place + object_bytes, model, settings);
         return self;

@@ -139,7 +139,7 @@ public:
 
     std::size_t size() const { return n_; }
     double t_s(std::size_t i) const { return input_.t_s[i]; }
-    bool holds_backward() const { return filter_->backward_hold; }
+    hnav::Hold hold() const { return filter_->hold; }
 
     bool take(std::size_t i, double t_s, std::size_t rate_row, double rate_sign) {
         const double* rate = rate_row < n_ ? row(input_.rate_b_rad_s, rate_row) : nullptr;

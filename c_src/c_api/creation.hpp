@@ -43,7 +43,7 @@ struct Creation : CallersMessage {
         else {
             const auto settings = settings_of<Model>(o);
             if (const hnav_status status = check_memory(*this, model, settings, o.queue_capacity)) return status;
-            *filter = AttitudeFilter<Model>::make(model, frames, holds_backward(o), settings);
+            *filter = AttitudeFilter<Model>::make(model, frames, hold_of(o), settings);
             return *filter
                        ? HNAV_OK
                        : fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for a filter with queue_capacity = %d", int(o.queue_capacity));
@@ -62,7 +62,7 @@ struct Creation : CallersMessage {
         if (bytes < needed)
             return fail(HNAV_ERROR_SIZE, "memory has %zu bytes, a filter with queue_capacity = %d needs %zu", bytes,
                         int(o.queue_capacity), needed);
-        *filter = AttitudeFilter<Model>::make_in(memory, model, frames, holds_backward(o), settings);
+        *filter = AttitudeFilter<Model>::make_in(memory, model, frames, hold_of(o), settings);
         return HNAV_OK;
     }
 

@@ -68,7 +68,6 @@ constexpr int responses = may_step * step_windows;
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
 
 using Options = hnav_ins_options;
-inline bool holds_backward(const Options& o) { return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD; }
 inline bool state_given(const Options& o) { return o.start == HNAV_INS_START_STATE; }
 inline bool place_given(const Options& o) { return o.start_place == HNAV_INS_PLACE_GIVEN; }
 

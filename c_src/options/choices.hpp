@@ -16,10 +16,11 @@ inline constexpr const char* body_meanings[] = {
     text("anything that hovers"),
     text("an aeroplane"),
 };
-inline constexpr const char* gyro_hold_names[] = {text("forward"), text("backward")};
+inline constexpr const char* gyro_hold_names[] = {text("forward"), text("backward"), text("instant")};
 inline constexpr const char* gyro_hold_meanings[] = {
     text("the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees"),
     text("it acts on (t_k-1, t_k]: recordings of integrating gyros"),
+    text("it was read at t_k: mean of two samples between them"),
 };
 inline constexpr const char* reference_mode_names[] = {text("learnt"), text("given")};
 inline constexpr const char* reference_mode_meanings[] = {

@@ -98,7 +98,7 @@ const OptionRow rows[] = {
      text("forward: a rate holds until the next sample; backward: since the previous sample (C and Co-Simulation)"),
      text("Causal: C, Co-Simulation and Model Exchange agree."),
      gyro_hold_names, gyro_hold_meanings, defaults + 5, offsetof(hnav_hrekf_options, gyro_hold),
-     0, 1, 1, 2, HNAV_OPTION_CHOICE, 0, 0, 0},
+     0, 2, 1, 3, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"max_interval_s", text("timing"), text("s"),
      text("Longest interval that one sample represents; the first sample of a sensor represents none"),
      text("Ten times the usual interval; a sample after a longer gap contains no more information."),

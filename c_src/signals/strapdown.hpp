@@ -3,6 +3,7 @@
 #pragma once
 
 #include "maths/rotation.hpp"
+#include "signals/hold.hpp"
 
 #include <cmath>
 #include <limits>
@@ -20,7 +21,8 @@ inline Vector3Of<R> coning_rate(const Vector3Of<R>& before, const Vector3Of<R>& 
 struct HeldSample {
     static constexpr int history = 3; // turns before the present one
 
-    double rate[3], force[3]; // as measured
+    double rate[3], force[3]; // means over the interval in which they act
+    double read_rate[2][3], read_force[2][3]; // the last two samples as measured
     double coning[3], sculling[3]; // corrections to them
     double past_turn[history][3], past_gain[history][3], past_interval_s;
     double vibration_rate2, vibration_force2; // variance of one axis between neighbouring samples
@@ -30,19 +32,23 @@ struct HeldSample {
         forget_past();
     }
 
-    // A new sample, interval_s after the last one. is_mean: it is the mean over the interval before it; otherwise it holds
-    // from now on.
-    void hold(const Vector3& new_rate, const Vector3& new_force, double interval_s, double usual_interval_s, bool is_mean) {
-        note_vibration(new_rate, new_force, interval_s);
+    // A new sample, interval_s after the last one.
+    void hold(const Vector3& now_rate, const Vector3& now_force, double interval_s, double usual_interval_s, Hold hold) {
+        note_vibration(now_rate, now_force, interval_s);
         vector(coning).setZero();
         vector(sculling).setZero();
-        if (is_mean) bridge(new_rate, new_force, interval_s, usual_interval_s);
+        if (hold == Hold::backward) bridge(now_rate, now_force, interval_s, usual_interval_s);
+        const Hold between = std::isfinite(interval_s) ? hold : Hold::forward; // there is a last sample
+        const Vector3 new_rate = mean_between<double>(between, vector(read_rate[0]), now_rate);
+        const Vector3 new_force = mean_between<double>(between, vector(read_force[0]), now_force);
+        take(now_rate, read_rate);
+        take(now_force, read_force);
         vector(rate) = new_rate;
         vector(force) = new_force;
         if (!(interval_s > 0)) return;
         if (!(std::fabs(interval_s - past_interval_s) <= 0.2 * interval_s)) forget_past();
         const Vector3 turn = interval_s * new_rate, gain = interval_s * new_force;
-        if (is_mean) put_coning(turn, gain, interval_s);
+        if (hold != Hold::forward) put_coning(turn, gain, interval_s);
         for (int k = history - 1; k > 0; --k) {
             vector(past_turn[k]) = vector(past_turn[k - 1]);
             vector(past_gain[k]) = vector(past_gain[k - 1]);
@@ -54,6 +60,11 @@ struct HeldSample {
 
 private:
     static Eigen::Map<Vector3> vector(double* v) { return Eigen::Map<Vector3>(v); }
+
+    static void take(const Vector3& now, double (*read)[3]) {
+        vector(read[1]) = vector(read[0]);
+        vector(read[0]) = now;
+    }
 
     void forget_past() {
         for (int k = 0; k < history; ++k)
@@ -90,9 +101,9 @@ private:
         constexpr double memory_s = 2, longest_s = 1; // longer is a gap, after which INS starts again
         if (!(interval_s > 0) || !(interval_s < longest_s)) return;
         const double share = interval_s / (memory_s + interval_s);
-        const Vector3 w = new_rate - 2 * vector(rate) + vector(past_turn[1]) / past_interval_s;
-        const Vector3 f = new_force - 2 * vector(force) + vector(past_gain[1]) / past_interval_s;
-        if (!std::isfinite(w.sum() + f.sum())) return;
+        if (!std::isfinite(past_turn[1][0])) return; // the last three samples were not evenly spaced
+        const Vector3 w = new_rate - 2 * vector(read_rate[0]) + vector(read_rate[1]);
+        const Vector3 f = new_force - 2 * vector(read_force[0]) + vector(read_force[1]);
         // White samples of variance 1 have second differences of variance 6, on three axes 18.
         vibration_rate2 += share * (w.squaredNorm() / 18 - vibration_rate2);
         vibration_force2 += share * (f.squaredNorm() / 18 - vibration_force2);

@@ -102,15 +102,15 @@ TEST(SensorCheck, WhatIsLostGrowsWithTheSizeAndTheMemory) {
 // ------------------------------------------------------------------------------------------------ the held sample
 
 // A rate w0 + w1 t: the rotation by a mean over each interval, with and without coning, against fine steps.
-TEST(HeldSample, ConingTurnsTheBodyAsFarAsTheRateWithinTheInterval) {
+void expect_the_turn_within_the_interval(Hold hold) {
     const Vector3 w0(1, -2, 0.5), w1(30, 20, -40);
     const double T = 0.01;
     HeldSample held;
     held.begin();
     Quaternion with(1, 0, 0, 0), without = with, exact = with;
     for (int k = 0; k < 20; ++k) {
-        const Vector3 mean = w0 + w1 * (k + 0.5) * T;
-        held.hold(mean, mean, T, T, true);
+        const Vector3 sample = w0 + w1 * (k + (hold == Hold::instant ? 1 : 0.5)) * T;
+        held.hold(sample, sample, T, T, hold);
         for (int i = 0; i < 100; ++i) {
             const double t = (k + (i + 0.5) / 100) * T;
             exact = multiply(exact, rotation_quaternion(Vector3((w0 + w1 * t) * T / 100)));
@@ -126,13 +126,30 @@ TEST(HeldSample, ConingTurnsTheBodyAsFarAsTheRateWithinTheInterval) {
     EXPECT_LT(error(with), 0.02 * error(without));
 }
 
+TEST(HeldSample, ConingTurnsTheBodyAsFarAsTheRateWithinTheInterval) {
+    expect_the_turn_within_the_interval(Hold::backward);
+    expect_the_turn_within_the_interval(Hold::instant);
+}
+
+TEST(HeldSample, ReadingsAreMetByAStraightLine) {
+    HeldSample held;
+    held.begin();
+    const Vector3 first(1, 2, 3), second(3, 2, -1);
+    held.hold(first, second, std::numeric_limits<double>::infinity(), 0, Hold::instant);
+    EXPECT_EQ(Vector(held.rate), first); // there is none before it
+    held.hold(second, first, 0.05, 0.01, Hold::instant); // also over a gap
+    EXPECT_EQ(Vector(held.rate), 0.5 * (first + second));
+    EXPECT_EQ(Vector(held.force), 0.5 * (first + second));
+    EXPECT_EQ(Vector(held.sculling).norm(), 0);
+}
+
 TEST(HeldSample, AGapIsCrossedEvenlyFromTheLastSampleToTheNext) {
     const double T = 0.01, gap_s = 0.05;
     const Vector3 last(1, 2, 3), next(2, 0, 5);
     HeldSample held;
     held.begin();
-    held.hold(last, last, T, T, true);
-    held.hold(next, next, gap_s, T, true);
+    held.hold(last, last, T, T, Hold::backward);
+    held.hold(next, next, gap_s, T, Hold::backward);
     const Vector3 slope = (next - last) / gap_s, mean = next - 0.5 * (gap_s - T) * slope;
     EXPECT_LT((Vector(held.rate) + Vector(held.coning) - mean).norm(), 1e-12);
     EXPECT_LT((Vector(held.force) + Vector(held.sculling) - mean).norm(), 1e-12);
@@ -141,23 +158,25 @@ TEST(HeldSample, AGapIsCrossedEvenlyFromTheLastSampleToTheNext) {
 TEST(HeldSample, ASampleThatActsFromNowOnHasNoConing) {
     HeldSample held;
     held.begin();
-    for (int k = 0; k < 10; ++k) held.hold({0.1 * k, 1, -1}, {1, 0.1 * k, 2}, 0.01, 0.01, false);
+    for (int k = 0; k < 10; ++k) held.hold({0.1 * k, 1, -1}, {1, 0.1 * k, 2}, 0.01, 0.01, Hold::forward);
     EXPECT_EQ(Vector(held.coning).norm() + Vector(held.sculling).norm(), 0);
 }
 
 TEST(HeldSample, VibrationIsTheVarianceOfWhiteSamplesAndNoneOfASmoothMotion) {
     test::Random random(3);
-    HeldSample white, smooth;
-    white.begin();
-    smooth.begin();
-    for (int k = 0; k < 3000; ++k) {
-        white.hold(random.vector(0.2), random.vector(3), 0.01, 0.01, true);
-        smooth.hold({std::sin(0.01 * k), 0, 0}, {0, 5 * std::cos(0.01 * k), 0}, 0.01, 0.01, true);
+    for (const Hold hold : {Hold::backward, Hold::instant}) { // as measured, not their means
+        HeldSample white, smooth;
+        white.begin();
+        smooth.begin();
+        for (int k = 0; k < 3000; ++k) {
+            white.hold(random.vector(0.2), random.vector(3), 0.01, 0.01, hold);
+            smooth.hold({std::sin(0.01 * k), 0, 0}, {0, 5 * std::cos(0.01 * k), 0}, 0.01, 0.01, hold);
+        }
+        EXPECT_NEAR(white.vibration_rate2, 0.04, 0.01);
+        EXPECT_NEAR(white.vibration_force2, 9, 2);
+        EXPECT_LT(smooth.vibration_rate2, 1e-8);
+        EXPECT_LT(smooth.vibration_force2, 1e-6);
     }
-    EXPECT_NEAR(white.vibration_rate2, 0.04, 0.01);
-    EXPECT_NEAR(white.vibration_force2, 9, 2);
-    EXPECT_LT(smooth.vibration_rate2, 1e-8);
-    EXPECT_LT(smooth.vibration_force2, 1e-6);
 }
 
 // Before the first sample there was none at any time: an infinite interval, which has no second difference.
@@ -166,7 +185,7 @@ TEST(HeldSample, TheFirstSamplesShowNoVibration) {
     held.begin();
     double interval_s = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 3; ++k) {
-        held.hold({1.0 + k % 2, 0, 0}, {0, 5.0 * (k % 2), 9.8}, interval_s, 0.01, true);
+        held.hold({1.0 + k % 2, 0, 0}, {0, 5.0 * (k % 2), 9.8}, interval_s, 0.01, Hold::backward);
         EXPECT_EQ(held.vibration_rate2 + held.vibration_force2, 0) << k;
         interval_s = 0.01;
     }

@@ -29,7 +29,7 @@ struct Log {
 
     std::size_t size() const { return 3; }
     double t_s(std::size_t row) const { return 10 + 0.5 * static_cast<double>(row); }
-    bool holds_backward() const { return backward; }
+    Hold hold() const { return backward ? Hold::backward : Hold::forward; }
     bool take(std::size_t row, double t, std::size_t rate_row, double rate_sign) {
         taken.push_back({row, t, rate_row, rate_sign});
         return taken.size() != stops_at_call;

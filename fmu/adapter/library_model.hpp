@@ -46,6 +46,9 @@ public:
     bool load(const void* buffer, std::size_t bytes, Message* why) final {
         if (bytes < sizeof memory_ || (!has_history && bytes != sizeof memory_)) return false;
         if constexpr (has_history) {
+            Memory memory;
+            std::memcpy(&memory, buffer, sizeof memory);
+            if (!fit(memory, why)) return false;
             const char* state = static_cast<const char*>(buffer) + sizeof memory_;
             if (!done(Calls::load(object_, state, bytes - sizeof memory_), why)) return false;
         }
@@ -71,6 +74,19 @@ protected:
         memory_ = {};
         return create(&object_, arguments..., why->text, sizeof why->text) == HNAV_OK;
     }
+
+    // Likewise in place of the present object, which stays if there is none; the memory stays.
+    template <class Create, class... Arguments>
+    bool remake(Message* why, Create create, const Arguments&... arguments) {
+        typename Calls::Object* made = nullptr;
+        if (create(&made, arguments..., why->text, sizeof why->text) != HNAV_OK) return false;
+        Calls::destroy(object_);
+        object_ = made;
+        return true;
+    }
+
+    // Prepares the object for the state saved beside this memory.
+    virtual bool fit(const Memory&, Message*) { return true; }
 
     // Converts the status of a call, with its reason.
     bool done(hnav_status status, Message* why) const {

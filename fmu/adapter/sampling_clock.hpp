@@ -57,7 +57,7 @@ struct SamplingClock {
     // Whether there is a new sample at t_s. now, t_meas_s: the inputs that mark a sample in counter mode.
     bool take(double t_s, double now, double t_meas_s, NewSample* sample) {
         sample->t_s = t_meas_s;
-        if (mode == automatic && now != seen) mode = counter;
+        if (counts(now)) mode = counter;
         if (mode == counter) return counter_changed(now, &sample->lost);
         if (!period_elapsed(t_s, &sample->lost)) return false;
         // A held value belongs to one period, whatever the rounding of the communication point.
@@ -65,8 +65,10 @@ struct SamplingClock {
         return true;
     }
 
+    bool counts(double now) const { return mode == counter || (mode == automatic && now != seen); }
+
     // The counter changed for the first time after samples were taken at the period: those were no new samples.
-    bool begins_to_count(double now) const { return mode == automatic && by_period != 0 && now != seen; }
+    bool begins_to_count(double now) const { return by_period != 0 && mode == automatic && counts(now); }
 
     // The first communication point at or after k periods takes sample k; late points lose samples.
     bool period_elapsed(double t_s, double* lost) {
@@ -88,9 +90,6 @@ struct SamplingClock {
         const bool inside = mode == held && next_s() < end_s - time_tolerance(end_s, period_s);
         return inside ? next_s() : std::numeric_limits<double>::infinity();
     }
-
-    // Whether the inputs of a sample are readings of its instant: nothing else says what interval they stand for.
-    bool reads_instants() const { return mode == periodic || mode == automatic; }
 
 private:
     // A counter that increased by more than one has counted samples between two communication points.

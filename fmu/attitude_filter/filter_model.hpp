@@ -1,9 +1,8 @@
 // An attitude filter of the C API as a Model of the adapter. kind.hpp describes Kind.
 #pragma once
 
-#include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
-#include "adapter/reading.hpp"
+#include "adapter/inertial_model.hpp"
 #include "adapter/unit_check.hpp"
 #include "attitude_filter/inputs.hpp"
 #include "attitude_filter/kind.hpp"
@@ -14,23 +13,25 @@ namespace hnav::fmu {
 using AttitudeCalls = FilterCalls<hnav_filter_snapshot_size, hnav_filter_take_snapshot, hnav_filter_restore_snapshot>;
 
 template <int sensors>
-struct FilterMemory : EstimateMemory<sensors> {
+struct FilterMemory : InertialMemory<sensors> {
     double start_s;
     double realign_level;
     double was_realigned; // in Model Exchange: the importer's states are still to be
     double now_s;         // of the last step
     double behind;        // 1: outputs of the look-ahead must still be computed for now_s
-    double takes_means;   // 1: a rate stands for the interval before its sample
-    double spike_rad_s;   // change of the rate that no motion makes
-    Reading rate;
     UnitCheck units;
 };
 
 template <class Kind>
-class FilterModel final : public EstimateModel<AttitudeCalls, FilterMemory<Kind::sensors>> {
-    using Base = EstimateModel<AttitudeCalls, FilterMemory<Kind::sensors>>;
+using InertialModelOf =
+    InertialModel<AttitudeCalls, FilterMemory<Kind::sensors>, typename Kind::Options, HNAV_SENSOR_GYRO, Kind::create>;
+
+template <class Kind>
+class FilterModel final : public InertialModelOf<Kind> {
+    using Base = InertialModelOf<Kind>;
     using Inputs = fmu::Inputs<Kind::sensors>;
-    using Base::done, Base::get_states, Base::make, Base::memory_, Base::object_, Base::pushed, Base::restart, Base::take_reset;
+    using Base::begins_to_count, Base::done, Base::get_states, Base::make_with, Base::memory_, Base::object_, Base::pushed,
+        Base::take_reset;
 
 public:
     void describe(Table& table) override {
@@ -43,16 +44,15 @@ public:
     bool initialise(const double* values, double start_s, bool model_exchange, Message* why) override {
         typename Kind::Options options = Kind::defaults(in_.preset < 0 ? 0 : static_cast<int>(values[in_.preset]));
         take_options(Kind::option, in_.options, values, &options);
-        if (!Kind::reholds && model_exchange && options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD) {
-            std::snprintf(why->text, sizeof why->text,
-                          "gyro_hold = backward needs Co-Simulation: an integrator outside cannot know a rate before its sample");
+        if (!Kind::reholds && model_exchange && options.gyro_hold != HNAV_GYRO_HOLD_FORWARD) {
+            std::snprintf(
+                why->text, sizeof why->text,
+                "gyro_hold needs to be forward in Model Exchange: an integrator outside cannot know a rate before its sample");
             return false;
         }
-        if (!make(why, Kind::create, &options)) return false;
+        if (!make_with(options, in_.sampling_mode < 0 ? double(counter) : values[in_.sampling_mode], why)) return false;
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
-        memory_.takes_means = options.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
-        memory_.spike_rad_s = options.outlier_rate_rad_s;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, Inputs::periods, why);
     }
 
@@ -64,8 +64,8 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
-        const bool was_reset = take_reset(values[in_.reset]) || mistaken;
+        const bool begun = begins_to_count(in_.sensor, values);
+        const bool was_reset = take_reset(values[in_.reset]) || begun;
         const bool was_realigned = rising(values[in_.realign], &memory_.realign_level);
         if (was_realigned) {
             hnav_filter_realign(object_);
@@ -133,20 +133,12 @@ private:
 
     hnav_status push(int s, double t_s, const double* value) {
         switch (s) {
-        case HNAV_SENSOR_GYRO: return push_rate(t_s, value);
+        case HNAV_SENSOR_GYRO: memory_.units.take_rate(t_s, value); return hnav_filter_push_gyro(object_, t_s, value);
         case HNAV_SENSOR_ACCEL: memory_.units.take_force(value); return hnav_filter_push_accel(object_, t_s, value);
         case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
         case HNAV_SENSOR_HEADING: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
         default: return hnav_filter_push_speed(object_, t_s, value[0], value[1]);
         }
-    }
-
-    hnav_status push_rate(double t_s, const double* value) {
-        memory_.units.take_rate(t_s, value);
-        double rate[3] = {value[0], value[1], value[2]};
-        const bool reads_instants = memory_.sampled.clock[HNAV_SENSOR_GYRO].reads_instants();
-        if (memory_.takes_means != 0 && reads_instants) memory_.rate.to_mean(rate, memory_.spike_rad_s);
-        return hnav_filter_push_gyro(object_, t_s, rate);
     }
 
     Inputs in_{};

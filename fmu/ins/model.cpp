@@ -1,6 +1,6 @@
 // The Ins FMU: position, velocity and attitude, aligned from any heading.
-#include "adapter/estimate_model.hpp"
 #include "adapter/filter_calls.hpp"
+#include "adapter/inertial_model.hpp"
 #include "adapter/state_rows.hpp"
 #include "adapter/unit_check.hpp"
 #include "ins/inputs.hpp"
@@ -11,13 +11,13 @@ namespace {
 
 using InsCalls = FilterCalls<hnav_filter_state_size, hnav_filter_save, hnav_filter_load>;
 
-struct InsMemory : EstimateMemory<ins_inputs> {
+struct InsMemory : InertialMemory<ins_inputs> {
     double force[3]; // of the newest sample of the accelerometer
     double has_force;
     UnitCheck units;
 };
 
-class InsModel final : public EstimateModel<InsCalls, InsMemory> {
+class InsModel final : public InertialModel<InsCalls, InsMemory, hnav_ins_options, in_gyro, hnav_ins_create> {
 public:
     void describe(Table& table) override {
         table.add(rows::time());
@@ -30,7 +30,7 @@ public:
         const hnav_preset_info* preset = hnav_preset_of("ins", static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
         take_options(option_of<option_list>, in_.options, values, &options);
-        if (!make(why, hnav_ins_create, &options)) return false;
+        if (!make_with(options, in_.sampling_mode < 0 ? double(counter) : values[in_.sampling_mode], why)) return false;
         memory_.model_exchange = model_exchange;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, InsInputs::periods, why);
     }
@@ -40,8 +40,8 @@ public:
     // ------------------------------------------------------------------------------------------------ samples
 
     bool take_samples(double* values, double t_s) override {
-        const bool mistaken = memory_.sampled.begins_to_count(in_.sensor, values) && restart();
-        const bool was_reset = take_reset(values[in_.reset]) || mistaken;
+        const bool begun = begins_to_count(in_.sensor, values);
+        const bool was_reset = take_reset(values[in_.reset]) || begun;
         if (was_reset) memory_.has_force = 0;
         const bool taken = memory_.sampled.push_new(
             in_.sensor, values, t_s, [this](int s, double stamp_s, const double* value) { pushed(push(s, stamp_s, value)); });

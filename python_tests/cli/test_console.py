@@ -194,7 +194,7 @@ def test_quiet_changes_what_is_printed_and_not_what_is_written(motion, tmp_path)
     ("hnav filter --filter ", {*FILTERS, "ins"}),
     ("hnav filter --filter ins --set start_place=", {"start_place=fix", "start_place=given"}),
     ("hnav options --filter hr", {"hrekf"}),
-    ("hnav filter --set gyro_hold=", {"gyro_hold=forward", "gyro_hold=backward"}),
+    ("hnav filter --set gyro_hold=", {"gyro_hold=forward", "gyro_hold=backward", "gyro_hold=instant"}),
     ("hnav filter --set xyzzy", set()),
     ("hnav simulate nosuch --scenario ", set()),
 ])  # fmt: skip

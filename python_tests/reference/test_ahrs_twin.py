@@ -107,7 +107,7 @@ def test_the_library_is_the_numpy_twin_where_sensors_keep_their_own_times():
             if k % 5 == 0:
                 yield t + 0.0071, None, None, field, None
 
-    for hold in ("backward", "forward"):
+    for hold in ("backward", "forward", "instant"):
         assert_equal(rows(), gyro_hold=hold)
 
 

@@ -17,6 +17,7 @@ SETTINGS = {
     "weighted": {"gamma_mode": "kl", "gamma_weight_bias": 0.1},
     "adaptation as printed": {"adaptation": "paper", "adaptation_gain": 0.1},
     "backward hold": {"gyro_hold": "backward"},
+    "instants": {"gyro_hold": "instant"},
     "tight gates": {"accel_gate_nis": 3, "mag_gate_nis": 3},
     "frames": {"navigation_frame": "enu", "declination_rad": 0.1, "q_body_sensor": [0.8, 0.1, -0.3, 0.2]},
     "mean start, given field": {

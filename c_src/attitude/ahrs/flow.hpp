@@ -35,11 +35,14 @@ void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
 // before (Miller 1983).
 template <class R>
 void AhrsModelOf<R>::hold(State& s, const Event& event) const {
-    const Vector3R rate = vector_of<R>(event, gyro), before(s.rate);
+    const Vector3R read = vector_of<R>(event, gyro), before(s.rate);
     const R T = R(event.t_s - s.last_s[gyro]);
+    const bool follows = s.has_rate && T > 0;
+    const Vector3R rate = follows && !s.gap_too_long ? mean_between<R>(hold_of(options_), Vector3R(s.read_rate), read) : read;
+    Eigen::Map<Vector3R>(s.read_rate) = read;
     Eigen::Map<Vector3R> coning(s.coning);
     coning.setZero();
-    if (s.has_rate && T > 0 && !s.is_gap(gyro, event.t_s)) {
+    if (follows && !s.is_gap(gyro, event.t_s)) {
         s.rate_change.note(rate - before, T);
         if (holds_backward(options_)) coning = T / 12 * before.cross(rate);
     }
@@ -54,13 +57,14 @@ void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
     s.gap_too_long = is_gap_too_long(s, event);
     if (!holds_backward(options_) || !s.has(event, gyro)) return;
     // Since the last rate sample, events of other sensors were processed under that rate. With backward hold the new rate replaces it for
-    // this interval; if rate samples are missing in between, the mean of both does.
+    // this interval; if means are missing in between, that of both does.
     const R went_on_s = R(s.last_event_s - s.last_s[gyro]);
     const Vector3R before = turn_rate(s);
     hold(s, event);
     if (s.started && went_on_s > 0 && !s.gap_too_long) {
         const Vector3R now = turn_rate(s);
-        const Vector3R after = s.is_gap(gyro, event.t_s) ? Vector3R(R(0.5) * (now + before)) : now;
+        const bool missing = hold_of(options_) == Hold::backward && s.is_gap(gyro, event.t_s);
+        const Vector3R after = missing ? Vector3R(R(0.5) * (now + before)) : now;
         const QuaternionR back = rotation_quaternion<R>(before * -went_on_s), on = rotation_quaternion<R>(after * went_on_s);
         Eigen::Map<QuaternionR>(s.x) = multiply<R>(QuaternionR(s.x), multiply<R>(back, on));
     }

@@ -35,6 +35,7 @@ template <class R>
 void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     for (R& b : s.bias) b = -b;
     for (R& y : s.rate) y = -y;
+    for (R& y : s.read_rate) y = -y;
     s.latency = -s.latency;
     s.reversed = !s.reversed;
     s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after

@@ -128,7 +128,7 @@ struct AhrsState {
     std::uint64_t seldom_changes; // counts changes; last member of this group
 
     R velocity[2];
-    R rate[3]; // held, as measured
+    R rate[3], read_rate[3]; // held; as measured
     R coning[3]; // correction for the turn of its axis
     R turning[3]; // constant rate of the same rotation: the corrected rate plus coning
     R force_turn[3]; // rotation vector since the last sample of force

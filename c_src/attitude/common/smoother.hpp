@@ -7,6 +7,7 @@
 
 #include "maths/cholesky.hpp"
 #include "maths/rotation.hpp"
+#include "signals/hold.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -89,7 +90,7 @@ inline PassEstimate keep_heading(const PassEstimate& filter, const PassEstimate&
 // A Recording gives access to its rows and to the filter:
 //     std::size_t size() const                      rows, at least one
 //     double t_s(std::size_t row) const
-//     bool holds_backward() const                   a rate sample holds for the interval before it, not after it
+//     Hold hold() const                             what a rate sample stands for
 //     bool take(std::size_t row, double t_s, std::size_t rate_row, double rate_sign)
 //                                                   processes a row at the filter's time t_s, with the rate of rate_row (size():
 //                                                   none); false stops the smoother
@@ -145,13 +146,19 @@ private:
     bool pass_backward(Pass pass) {
         const std::size_t n = recording_.size();
         for (std::size_t i = n; i-- > 0;) {
-            const std::size_t rate_row = recording_.holds_backward() ? i + 1 : i > 0 ? i - 1 : n;
-            if (!recording_.take(i, recording_.t_s(n - 1) - recording_.t_s(i), rate_row, -1)) return false;
+            if (!recording_.take(i, recording_.t_s(n - 1) - recording_.t_s(i), rate_row_back(i), -1)) return false;
             if (pass != Pass::last) continue;
             smoothed_[i] = recording_.estimate();
             smoothed_[i].bias = -smoothed_[i].bias;
         }
         return true;
+    }
+
+    // Row whose rate ends the interval before row i in reversed time; size(): none.
+    std::size_t rate_row_back(std::size_t i) const {
+        if (recording_.hold() == Hold::instant) return i;
+        if (recording_.hold() == Hold::backward) return i + 1;
+        return i > 0 ? i - 1 : recording_.size();
     }
 
     Recording& recording_;

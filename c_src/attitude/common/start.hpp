@@ -6,6 +6,7 @@
 #include "attitude/common/frames.hpp"
 #include "base/instant.hpp"
 #include "hnav/options/shared.h"
+#include "signals/hold.hpp"
 
 namespace hnav {
 
@@ -31,10 +32,6 @@ struct StartSettings {
 };
 
 // From the options that all attitude filters share.
-template <class Options>
-inline bool holds_backward(const Options& o) {
-    return o.gyro_hold == HNAV_GYRO_HOLD_BACKWARD;
-}
 template <class Options>
 inline bool reference_given(const Options& o) {
     return o.reference_mode == HNAV_REFERENCE_GIVEN;

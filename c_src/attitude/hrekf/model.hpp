@@ -109,10 +109,13 @@ private:
 
     static void put_q(State& s, const QuaternionR& q) { Eigen::Map<QuaternionR>(s.x) = q; }
 
-    static void hold(State& s, const Event& event) {
-        const Vector3R rate = vector_of<R>(event, gyro);
+    void hold(State& s, const Event& event) const {
+        const Vector3R read = vector_of<R>(event, gyro);
         const R T = R(event.t_s - s.last_s[gyro]);
-        if (s.has_rate && T > 0 && !is_gap(T, s.spacing_s)) s.rate_change.note(rate - Vector3R(s.rate), T);
+        const bool follows = s.has_rate && T > 0;
+        const Vector3R rate = follows ? mean_between<R>(hold_of(options_), Vector3R(s.read_rate), read) : read;
+        Eigen::Map<Vector3R>(s.read_rate) = read;
+        if (follows && !is_gap(T, s.spacing_s)) s.rate_change.note(rate - Vector3R(s.rate), T);
         Eigen::Map<Vector3R>(s.rate) = rate;
         s.has_rate = 1;
     }

@@ -78,7 +78,7 @@ struct HrekfState {
     R P[21]; // upper triangle of the covariance of (theta, b) just after the last correction
     // Rotation variance by the bias walk up to the last event, with A and the time there: bias_walk.hpp.
     R C[9], N[6], walk_A[9], walk_s;
-    R rate[3]; // held
+    R rate[3], read_rate[3]; // held; as measured
     R bias_psd[6]; // upper triangle of Q_b
     R reference_strength, reference_north, reference_down; // of the unit field
     StartSamples<R> start;

@@ -75,7 +75,8 @@ double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
 
 // Integrates rate and force backwards, from a correction in this row to an earlier time.
 void Smoother::carry_back(State& s, std::size_t row, double to_s) {
-    const bool backward_hold = holds_backward(model_.options());
+    const Hold hold = hold_of(model_.options());
+    Vector3 later_rate = vec(s.held.read_rate[0]), later_force = vec(s.held.read_force[0]);
     double now_s = s.last_event_s;
     vec(s.held.coning).setZero();
     vec(s.held.sculling).setZero();
@@ -83,13 +84,15 @@ void Smoother::carry_back(State& s, std::size_t row, double to_s) {
     for (std::size_t i = row + 1; i-- > 0 && now_s > to_s;) {
         if (!recording_.imu_sample(i, &sample)) continue;
         const double until_s = std::fmax(to_s, std::fmin(now_s, sample.t_s));
-        const auto hold = [&] {
-            vec(s.held.rate) = vec(sample.value);
-            vec(s.held.force) = vec(sample.value + 3);
+        const auto take = [&] {
+            vec(s.held.rate) = mean_between<double>(hold, later_rate, vec(sample.value));
+            vec(s.held.force) = mean_between<double>(hold, later_force, vec(sample.value + 3));
+            later_rate = vec(sample.value);
+            later_force = vec(sample.value + 3);
         };
-        if (!backward_hold) hold();
+        if (hold != Hold::backward) take();
         model_.flow_exactly(s, until_s - now_s);
-        if (backward_hold) hold();
+        if (hold == Hold::backward) take();
         now_s = until_s;
     }
     quat(s.x + 6).normalize();

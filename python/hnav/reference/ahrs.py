@@ -84,6 +84,7 @@ class AhrsReference:
         self.M_given = self.M
         self.foreign2 = 0.0  # share of the declination's variance from a field that is not the given one, rad^2
         self.rate: Array | None = None
+        self.read_rate = np.zeros(3)  # the last sample of the rate
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
         self.rest, self.rested, self.still_field = RestDetector(o, np.zeros(3)), False, StillField()
         self.lasting_density2 = LASTING_DENSITY2.get(o.body, 0.0)  # 0: the body is not given
@@ -130,7 +131,7 @@ class AhrsReference:
         heading: tuple[float, float] | None = None, speed: tuple[float, float] | None = None,
     ) -> None:  # fmt: skip
         """The samples of one instant: 3 each in SI units; heading and its sigma in rad, speed and its sigma in m/s."""
-        backward = self.o.gyro_hold == "backward"
+        backward = self.o.gyro_hold != "forward"
         gap_too_long = self.started and self.gap_variance(t_s, rate is not None) > 1
         if rate is not None and backward:
             self.hold_backward(t_s, rate, gap_too_long)
@@ -183,23 +184,25 @@ class AhrsReference:
         """The rate without its errors; zero before the first sample."""
         return np.zeros(3) if self.rate is None else self.rate - self.bias - self.S @ self.rate
 
-    def hold(self, t_s: float, rate: Array) -> None:
-        """Coning: if the axis of rotation turns, the mean rate of an interval misses a rotation (Miller 1983)."""
+    def hold(self, t_s: float, read: Array, gap_too_long: bool = False) -> None:
+        """The rate of an interval; coning: if its axis turns, the mean rate misses a rotation (Miller 1983)."""
         T, self.coning = t_s - self.gyro.last_s, np.zeros(3)
+        between = self.o.gyro_hold == "instant" and self.rate is not None and T > 0 and not gap_too_long
+        rate, self.read_rate = 0.5 * (self.read_rate + read) if between else read, read
         if self.rate is not None and T > 0 and not self.gyro.is_gap(t_s):
             change2 = float(np.sum((rate - self.rate) ** 2)) / (3 * T**2)
             self.rate_change2 += T / (2 + T) * (change2 - self.rate_change2)
-            if self.o.gyro_hold == "backward":
+            if self.o.gyro_hold != "forward":
                 self.coning = T / 12 * np.cross(self.rate, rate)
         self.rate = rate
 
     def hold_backward(self, t_s: float, rate: Array, gap_too_long: bool) -> None:
         """The rate of the interval before its sample; parts of it crossed by events of other sensors are turned again."""
         went_on_s, before = self.t_s - self.gyro.last_s, self.turn_rate() + self.coning
-        self.hold(t_s, rate)
+        self.hold(t_s, rate, gap_too_long)
         if self.started and went_on_s > 0 and not gap_too_long:
             now = self.turn_rate() + self.coning
-            after = 0.5 * (now + before) if self.gyro.is_gap(t_s) else now
+            after = 0.5 * (now + before) if self.o.gyro_hold == "backward" and self.gyro.is_gap(t_s) else now
             self.R_bn = self.R_bn @ exp(-before * went_on_s) @ exp(after * went_on_s)
 
     def flow(self, T: float) -> None:

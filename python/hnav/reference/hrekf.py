@@ -210,6 +210,7 @@ class ReferenceFilter:
         self.P: Numbers = np.diag(np.r_[np.zeros(4), np.full(3, options.start_sigma_bias_rad_s**2)])
         self.Q_b: Numbers = options.gyro_bias_walk_rad_s_per_sqrt_s**2 * np.eye(3)
         self.rate: Numbers | None = None
+        self.read_rate: Numbers = np.zeros(3)
         self.spacing_s = self.change_power = 0.0  # usual time between two rates; mean square of their change per second
         self.mean_force_n: Numbers = np.zeros(3)
         self.t = 0.0
@@ -290,7 +291,7 @@ class ReferenceFilter:
     def event(self, t_s: float, rate: Numbers | None = None, force: Numbers | None = None, field: Numbers | None = None) -> None:
         """All samples of one instant, sensor axes, SI units; None: no sample."""
         rate, force, field = (None if v is None or np.isnan(v).all() else self.mounting @ v for v in (rate, force, field))
-        if rate is not None and self.options.gyro_hold == "backward":
+        if rate is not None and self.options.gyro_hold != "forward":
             self.hold(t_s, rate)
         if self.started:
             self.flow(t_s - self.t)
@@ -308,9 +309,11 @@ class ReferenceFilter:
             if value is not None:
                 self.last[sensor] = t_s
 
-    def hold(self, t_s: float, rate: Numbers) -> None:
+    def hold(self, t_s: float, read: Numbers) -> None:
         """Holds the rate from here on, or over the interval that ends here; updates the mean square change of the rate, but not over a gap."""
         T = t_s - self.last.get("gyro", np.nan)
+        between = self.options.gyro_hold == "instant" and self.rate is not None and T > 0
+        rate, self.read_rate = 0.5 * (self.read_rate + read) if between else read, read
         if self.rate is not None and T > 0 and not is_gap(T, self.spacing_s):
             square = float((rate - self.rate) @ (rate - self.rate)) / (3 * T * T)
             self.change_power += T / (T + CHANGE_MEMORY_S) * (square - self.change_power)
@@ -324,7 +327,7 @@ class ReferenceFilter:
             self.forget_attitude()
             self.mean_force_n = np.zeros(3)
         elif gap and rate is not None:
-            share = (0.125 if self.options.gyro_hold == "backward" else 0.5) * GAP_TURN_FACTOR * gap_s**2
+            share = (0.5 if self.options.gyro_hold == "forward" else 0.125) * GAP_TURN_FACTOR * gap_s**2
             self.widen(share**2 * self.change_power)
 
     def force_is_far(self, t_s: float, force: Numbers | None) -> bool:

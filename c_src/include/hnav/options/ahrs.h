@@ -66,7 +66,7 @@ typedef struct hnav_ahrs_options {
     /* ------------------------ timing
      * What a sample stands for, gaps between samples, late samples. */
 
-    /* forward: a rate holds until the next sample; backward: since the previous sample.
+    /* forward: a rate holds until the next sample; backward: since the previous sample; instant: it was read at its time.
      * hnav_gyro_hold, default backward. Integrating gyroscopes and averaging FIFOs return the mean over the interval
      * before a sample. */
     int32_t gyro_hold;

@@ -245,7 +245,8 @@ typedef struct hnav_ins_options {
     /* ------------------------ timing
      * Hold of samples, gaps, late samples. */
 
-    /* forward: rate and force hold until the next sample; backward: since the previous sample, with coning and sculling.
+    /* forward: rate and force hold until the next sample; backward: since the previous sample, with coning and sculling;
+     * instant: they were read at their time.
      * hnav_gyro_hold, default backward. Integrating sensors and averaging FIFOs return the mean over the interval before a
      * sample. */
     int32_t gyro_hold;

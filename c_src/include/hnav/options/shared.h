@@ -10,8 +10,9 @@ typedef enum hnav_preset {
 
 /* The interval on which a sampled rate acts. */
 typedef enum hnav_gyro_hold {
-    HNAV_GYRO_HOLD_FORWARD = 0, /* the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees */
-    HNAV_GYRO_HOLD_BACKWARD = 1 /* it acts on (t_k-1, t_k]: recordings of integrating gyros */
+    HNAV_GYRO_HOLD_FORWARD = 0,  /* the rate sampled at t_k acts on [t_k, t_k+1): causal, every engine agrees */
+    HNAV_GYRO_HOLD_BACKWARD = 1, /* it acts on (t_k-1, t_k]: recordings of integrating gyros */
+    HNAV_GYRO_HOLD_INSTANT = 2   /* it was read at t_k: mean of two samples between them */
 } hnav_gyro_hold;
 
 /* How the robust law finds its gamma. */
