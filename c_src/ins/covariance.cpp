@@ -162,13 +162,11 @@ void decay(Covariance& P, double* mean, int row, double share) {
 
 void Model::note_prediction(const State& s, const Covariance& P, double tilt_kept) const {
     if (!step_) return;
-    Transition flown = transition(s);
-    for (double* row : {flown.M[row_phi], flown.M[row_phi + 1]})
-        for (int j = 0; j < movers; ++j) row[j] *= tilt_kept;
+    step_->begin(transition(s), P, s.axes);
     const Colour colour = colour_of(s, s.mean);
-    for (int i = 0; i < 3; ++i) flown.colour_kept[i] = colour.kept[i];
-    flown.direction_kept = direction_kept(s);
-    step_->begin(flown, P, s.axes);
+    for (int i = 0; i < 3; ++i) step_->kept[row_colour + i] = colour.kept[i];
+    step_->kept[row_direction] = direction_kept(s);
+    for (int i = 0; i < 2; ++i) step_->kept[row_phi + i] = tilt_kept;
 }
 
 double Model::propagate(const State& s, Covariance& P, double* mean) const {

@@ -8,11 +8,9 @@ namespace hnav::ins {
 constexpr int moved = 9; // rows of the error that the flow changes: d, v, phi
 constexpr int movers = 20; // columns that change them: these, biases, scales, u
 
-// Transition of the errors since the previous correction. Rows beyond `moved` are constant, except for the slow GNSS error and the
-// direction of the field, which decay to the given share.
+// Transition of the errors since the previous correction. Rows beyond `moved` are constant.
 struct Transition {
     double M[moved][movers] = {};
-    double colour_kept[3] = {1, 1, 1}, direction_kept = 1;
 
     void put(int row, int column, const Matrix3& block) {
         for (int i = 0; i < 3; ++i)
@@ -22,18 +20,25 @@ struct Transition {
 
 struct Step {
     Transition transition;
+    double kept[errors]; // factor of each row after the transition: errors decay, or are found to be larger
+    double larger[errors]; // the second kind alone
     Covariance before; // covariance before the samples, at the time of the correction
     double axes[9]; // at that time; the anchor may move afterwards
     double change[errors]; // of the estimate by all samples of this correction, in these axes
 
     void begin(const Transition& flown, const Covariance& P, const double* axes_then) {
         transition = flown;
+        for (int i = 0; i < errors; ++i) kept[i] = larger[i] = 1;
         before = P;
         mat(axes) = mat(axes_then);
         for (double& c : change) c = 0;
     }
-    // The sigma of a row grows by this factor; its correlations are kept.
-    void scaled(int row, double factor) { before.scale(row, factor); }
+    // An inconsistency shows that an error is so much larger than its sigma; its correlations are kept.
+    void scaled(int row, double factor) {
+        kept[row] *= factor;
+        larger[row] *= factor;
+        before.scale(row, factor);
+    }
     // The state has stepped, as the estimate now has; what is known of it is P. Samples have not corrected it.
     void stepped(const Covariance& P) {
         before = P;

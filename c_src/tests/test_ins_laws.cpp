@@ -1,6 +1,7 @@
 // Laws of the navigation filter's parts: the density on the circle, aids one by one, monitors, and the record of corrections.
 #include "ins.hpp"
 #include "ins/circle.hpp"
+#include "ins/smoother/hindsight.hpp"
 
 #include <vector>
 
@@ -210,6 +211,41 @@ TEST(InsRecord, OfACorrectionIsWhatTheSmootherNeedsToUndoIt) {
             EXPECT_GT(step.before[i][i], s.P[ins::packed(i, i)]);
             EXPECT_NEAR(step.change[i], s.x[i] - before.x[i], 1e-9);
         }
+    }
+}
+
+// An inconsistency shows the predicted errors to be larger than their sigmas: seen from later errors that are as much larger, the
+// earlier ones are the same, and their sigmas as much larger.
+TEST(InsRecord, AnInconsistencyWidensTheSigmasBeforeItAndNotTheErrors) {
+    const Truth truth = winding(town, 1);
+    ins::Model model(usual());
+    ins::Step step;
+    model.record_corrections(&step);
+    ins::State s = started_at(model, truth, 0);
+    for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i < ins::row_phi ? 1 : 1e-4;
+    const ins::Hindsight filtered{{}, ins::Covariance::of(s)};
+    for (int k = 1; k <= 20; ++k) {
+        const ins::Event e = truth.at(0.01 * k, k == 20);
+        model.before_flow(s, e);
+        model.flow_exactly(s, 0.01);
+        model.jump(s, e);
+    }
+    test::Random random(4);
+    ins::Hindsight after{{}, ins::Covariance::of(s)}, plain = filtered;
+    for (int i = 0; i < after.P.n; ++i) after.error[i] = random.normal(std::sqrt(after.P[i][i]));
+    ASSERT_TRUE(ins::step_back(step, after, &plain));
+    for (const int row : std::initializer_list<int>{ins::row_v, ins::row_phi + 1, ins::row_gyro, ins::row_accel + 2}) {
+        const double by = 2 + row;
+        step.scaled(row, by);
+        after.P.scale(row, by);
+        after.error[row] *= by;
+    }
+    ins::Hindsight grown = filtered;
+    ASSERT_TRUE(ins::step_back(step, after, &grown));
+    for (int i = 0; i < filtered.P.n; ++i) {
+        const double sigma = std::sqrt(plain.P[i][i]);
+        EXPECT_NEAR(grown.error[i], plain.error[i], 1e-6 * sigma) << i;
+        EXPECT_NEAR(std::sqrt(grown.P[i][i]), step.larger[i] * sigma, 1e-6 * sigma) << i;
     }
 }
 

@@ -4,6 +4,9 @@
 namespace hnav::ins {
 
 constexpr double linear_rad = 0.005; // sigma of a heading at which the linearisation is accurate
+// A second pass pays where hindsight is so much sharper than the filter was. It is linearised about rates integrated back from its end,
+// and those of a walker are degrees off after minutes.
+constexpr double sharper = 2;
 
 void Smoother::go_back(const Way& way, const Target* target) {
     Later later{};
@@ -20,7 +23,8 @@ void Smoother::go_back(const Way& way, const Target* target) {
                 target = nullptr;
                 write_rows(nodes, now, later, &rows);
                 later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};
-                const bool wide = node.state.P[packed(row_phi + 2, row_phi + 2)] > linear_rad * linear_rad;
+                const double filtered2 = node.state.P[packed(row_phi + 2, row_phi + 2)], smoothed2 = now.P[row_phi + 2][row_phi + 2];
+                const bool wide = filtered2 > std::fmax(square(linear_rad), square(sharper) * smoothed2);
                 if (!state_given(way.model.options()) && (!linked || (wide && !tried))) {
                     covered = go_back_before(Node(node), now, piece);
                     tried = true;
@@ -46,6 +50,18 @@ void Smoother::write_rows(std::size_t k, const Hindsight& now, const Later& late
     }
 }
 
+namespace {
+
+// Whether hindsight is where the filter expected it. Beyond that an error has stepped, which no model of either has.
+bool is_expected(const State& filtered, const Hindsight& now, int row, int rows) {
+    constexpr double most_sigmas = 3;
+    for (int i = row; i < row + rows; ++i)
+        if (square(now.error[i]) > square(most_sigmas) * filtered.P[packed(i, i)]) return false;
+    return true;
+}
+
+} // namespace
+
 // The smoothed error changes little from one correction to the next, so it is interpolated in between.
 void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsight& now, const Later& later) {
     const double share = std::fmin(1, std::fmax(0, (row.t_s - node.last_event_s) / (later.t_s - node.last_event_s)));
@@ -67,13 +83,13 @@ void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsig
     out.accel_bias = vec(s.accel_bias);
     const Options& options = model_.options();
     const double lie = std::sqrt(std::fmax(1, node.nis_mean));
-    const auto ready = [&](int flag, double largest, double limit) {
-        return (earned_ >> flag & 1) != 0 && largest * lie < limit;
+    const auto ready = [&](int flag, int row, int rows, double largest, double limit) {
+        return (earned_ >> flag & 1) != 0 && largest * lie < limit && is_expected(node, now, row, rows);
     };
-    n.tilt_ready = ready(0, n.sigma_rotation.head<2>().maxCoeff(), options.ready_tilt_rad);
-    n.heading_ready = ready(1, n.sigma_rotation[2], options.ready_heading_rad);
-    n.velocity_ready = ready(2, n.sigma_velocity.maxCoeff(), options.ready_velocity_m_s);
-    n.position_ready = ready(3, n.sigma_position.head<2>().maxCoeff(), options.ready_position_m);
+    n.tilt_ready = ready(0, row_phi, 2, n.sigma_rotation.head<2>().maxCoeff(), options.ready_tilt_rad);
+    n.heading_ready = ready(1, row_phi + 2, 1, n.sigma_rotation[2], options.ready_heading_rad);
+    n.velocity_ready = ready(2, row_v, 3, n.sigma_velocity.maxCoeff(), options.ready_velocity_m_s);
+    n.position_ready = ready(3, row_d, 2, n.sigma_position.head<2>().maxCoeff(), options.ready_position_m);
     recording_.write(row.row, out);
 }
 

@@ -17,7 +17,7 @@ void Smoother::prepare(const Way& way, Event& event, State& s) {
 }
 
 // Returns false if a second pass lost the state or contradicts the samples: then the first one is better.
-bool Smoother::go_forward(Way& way, const Place& from, State s, bool writes) {
+bool Smoother::go_forward(Way& way, const Place& from, State& s, bool writes) {
     Event event;
     std::uint64_t corrections = 0;
     const std::uint64_t lost = s.times_lost;

@@ -47,21 +47,19 @@ private:
 };
 
 // Phi P.
-Covariance carried(const Transition& t, const Covariance& P) {
+Covariance carried(const Step& step, const Covariance& P) {
     const int n = P.n;
     Covariance W = P;
     for (int i = 0; i < moved; ++i) {
         for (int j = 0; j < n; ++j) W[i][j] = 0;
         for (int k = 0; k < movers; ++k) {
-            const double m = t.M[i][k];
+            const double m = step.transition.M[i][k];
             if (m == 0) continue;
             for (int j = 0; j < n; ++j) W[i][j] += m * P[k][j];
         }
     }
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < n; ++j) W[row_colour + i][j] *= t.colour_kept[i];
-    if (n == errors)
-        for (int j = 0; j < n; ++j) W[row_direction][j] *= t.direction_kept;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) W[i][j] *= step.kept[i];
     return W;
 }
 
@@ -72,7 +70,7 @@ Covariance carried(const Transition& t, const Covariance& P) {
 bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
     const int n = step.before.n;
     now->P.extend(n); // before the first sample of a magnetometer
-    Covariance X = carried(step.transition, now->P), D{}, DX{};
+    Covariance X = carried(step, now->P), D{}, DX{};
     const int common = std::min(n, after.P.n);
     const Factors before(step.before);
     if (!before.positive) return false;
@@ -91,6 +89,9 @@ bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
             for (int j = 0; j < n; ++j) now->P[i][j] += X[k][i] * DX[k][j];
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < i; ++j) now->P[i][j] = now->P[j][i] = 0.5 * (now->P[i][j] + now->P[j][i]);
+    // Sigmas that an inconsistency showed to be too small were so before it. Of the error itself only the part that the sigma then
+    // explained is carried back: whole it put the positions of an aircraft with late fixes 200 m off.
+    for (int i = 0; i < n; ++i) now->P.scale(i, step.larger[i]);
     return true;
 }
 

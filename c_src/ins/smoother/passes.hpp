@@ -63,7 +63,7 @@ private:
     static void prepare(const Way& way, Event& event, State& s);
     bool step_to_node(const Way& way, State& s, Event& event, std::size_t row, std::size_t nodes);
     std::size_t begin_once_more(const Way& way, const Checkpoint& begin);
-    bool go_forward(Way& way, const Place& from, State s, bool writes);
+    bool go_forward(Way& way, const Place& from, State& s, bool writes);
     std::size_t go_through(const Way& way, std::size_t piece);
     void note_row(const Model& model, const State& s, std::size_t row, std::size_t nodes);
 

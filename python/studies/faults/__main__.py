@@ -1,7 +1,7 @@
 """The command: which part, by which filter, and the table of each.
 
     ./run study faults [DIR] --seeds 100 --filter ahrs --part events
-    ./run study faults --filter ins --seeds 4 [--kinds car,flight] [--only rate_bias,turns]
+    ./run study faults --filter ins --seeds 4 [--kinds car,flight] [--only rate_bias,turns] [--smooth]
 
 Part events: what a few seconds cost a simulated body that is held in a hand (studies.faults.events). Part recordings: BROAD
 trials damaged on purpose (studies.faults.recordings); DIR is where the trials lie. Part starts: a false first sample
@@ -27,7 +27,7 @@ from studies.command import WORKERS, Seed, Trials, Workers, check_choices, study
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment, options_of
 from studies.faults.first_samples import SENSORS, first_samples, verdict
-from studies.faults.navigation import fault_table
+from studies.faults.navigation import fault_table, hindsight_table
 from studies.faults.recordings import FAULTS
 from studies.ins import faults as navigating
 
@@ -46,6 +46,7 @@ def command(
     kinds: Annotated[str, typer.Option(help="of bodies, for ins; without a folder of the flight without it")] = ",".join(BODIES),
     only: Annotated[str | None, typer.Option(metavar="NAMES", help="of studies.ins.faults.FAULTS, for ins: these")] = None,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", envvar="HNAV_FLIGHT", help="the recorded flight")] = None,
+    smooth: Annotated[bool, typer.Option("--smooth", help="for ins: the smoother beside the filter")] = False,
     seed: Seed = 1,
 ) -> None:
     """Measures how long faults of sensors and time stamps leave an estimate wrong, and whether the filter reports it."""
@@ -54,7 +55,7 @@ def command(
         check_choices("--kinds", of_bodies, BODIES)
         check_choices("--only", names, navigating.FAULTS)
         there = [kind for kind in of_bodies if kind != navigating.FLIGHT or flight is not None]
-        show(fault_table(there, names, seeds, seed, workers, flight), width=220)
+        show((hindsight_table if smooth else fault_table)(there, names, seeds, seed, workers, flight), width=220)
         return
     check_choices("--part", [part], PARTS)
     if part == "recordings" and folder is None:

@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Table
 
 from studies.command import titled_table, tracked
-from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, Outcome, outcomes
+from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, Outcome, hindsights, outcomes
 
 
 def fault_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int, folder: Path | None) -> Table:
@@ -24,6 +24,30 @@ def fault_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: i
         found = list(tracked(outcomes(kind, names, starts, seed, workers, folder), kind, starts))
         for i, name in enumerate(names):
             out.add_row(kind, FAULTS[name].text, f"{FAULTS[name].length_s:g} s", *_cells([of_start[i] for of_start in found]))
+    return out
+
+
+def hindsight_table(
+    kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int, folder: Path | None
+) -> Table:
+    """As fault_table: root mean squares of filter and smoother over the rows that both know, and how often each is ready and wrong."""
+    out = titled_table(
+        f"ins, {starts} starts each, seed {seed}: rms of filter > smoother; lies: share of all rows",
+        "body | fault",
+        " | ".join(f"{what}: rms | lies" for what in FLAGS),
+    )
+    for kind in kinds:
+        found = list(tracked(hindsights(kind, names, starts, seed, workers, folder), kind, starts))
+        for i, name in enumerate(names):
+            cells = []
+            for what in FLAGS:
+                before, after = np.sqrt(np.mean(np.square([of_start[i].rms[what] for of_start in found]), axis=0))
+                lies = np.mean([of_start[i].lies[what] for of_start in found], axis=0)
+                unit, factor = (
+                    ("deg", np.degrees(1)) if what in ("tilt", "heading") else ("m" if what == "position" else "m/s", 1)
+                )
+                cells += [f"{factor * before:.3g} > {factor * after:.3g} {unit}", f"{lies[0]:.1%} > {lies[1]:.1%}"]
+            out.add_row(kind, FAULTS[name].text, *cells)
     return out
 
 

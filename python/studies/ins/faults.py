@@ -273,10 +273,20 @@ class Drive:
     preset: str
     options: dict[str, object]
 
-    def run(self, samples: Samples) -> InsRun:
+    def run(self, samples: Samples, smooth: bool = False) -> InsRun:
         """Raises HnavRuntimeError where the filter fails."""
         ins = Ins(self.preset, solver="closed_form", **self.options)
-        return ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, EVERY, check=False)
+        arrays = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids
+        return ins.run(*arrays, EVERY, check=False, smooth=smooth)
+
+    def with_fault(self, name: str) -> tuple[Samples, float, float]:
+        """The samples with this fault of FAULTS, and the times of its begin and end."""
+        fault, samples = FAULTS[name], self.samples
+        begin = samples.t_s[0] + BEGIN_S
+        end = begin + fault.length_s
+        valid = samples.aids.arrays()[0]
+        met = (samples.t_s > begin) & (samples.t_s <= end)
+        return fault.of(samples, met, (valid > begin) & (valid <= end)), begin, end
 
 
 def simulated(kind: str, seed: int) -> Drive:
@@ -309,17 +319,17 @@ def flown(folder: Path, part: float) -> Drive:
     )
 
 
+def _drive(kind: str, folder: Path | None, start: float) -> Drive:
+    return flown(folder, start) if kind == FLIGHT and folder is not None else simulated(kind, int(start))
+
+
 def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[Outcome]:
-    drive = simulated(kind, int(start)) if folder is None else flown(folder, start)
+    drive = _drive(kind, folder, start)
     return [_with_fault(kind, drive, name) for name in names]
 
 
 def _with_fault(kind: str, drive: Drive, name: str) -> Outcome:
-    fault, samples = FAULTS[name], drive.samples
-    begin = samples.t_s[0] + BEGIN_S
-    end = begin + fault.length_s
-    valid = samples.aids.arrays()[0]
-    spoilt = fault.of(samples, (samples.t_s > begin) & (samples.t_s <= end), (valid > begin) & (valid <= end))
+    spoilt, begin, end = drive.with_fault(name)
     try:
         return outcome(kind, name, drive.run(spoilt), drive.truth, begin, end)
     except HnavRuntimeError:  # the filter raised an error
@@ -345,18 +355,21 @@ def errors(run: InsRun, truth: Truth) -> dict[str, Array]:
     return {name: np.where(known, size, np.nan) for name, size in sizes.items()}
 
 
-def outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, end_s: float) -> Outcome:
-    """Of a run in rows of EVERY, with the fault between these times of the truth."""
-    error, t_s = errors(run, truth), truth.t_s[EVERY - 1 :: EVERY]
-    met = (t_s > begin_s) & (t_s <= end_s + JUDGED_S)
+def lying(run: InsRun, error: dict[str, Array]) -> dict[str, BoolArray]:
+    """By name of LIES: the rows that are ready and wrong."""
     sigma = {
         "tilt": run.sigma_rotation_rad[:, :2].max(1), "heading": run.sigma_rotation_rad[:, 2],
         "velocity": run.sigma_velocity_m_s[:, :2].max(1), "position": run.sigma_position_m[:, :2].max(1),
     }  # fmt: skip
-    lies = {}
-    for i, what in enumerate(FLAGS):
-        wrong: BoolArray = np.greater(error[what], np.fmax(LIES[what], 5 * sigma[what]))
-        lies[what] = float(np.mean((wrong & run.ready[:, i])[met]))
+    wrong = {what: np.greater(error[what], np.fmax(LIES[what], 5 * sigma[what])) for what in FLAGS}
+    return {what: wrong[what] & run.ready[:, i] for i, what in enumerate(FLAGS)}
+
+
+def outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, end_s: float) -> Outcome:
+    """Of a run in rows of EVERY, with the fault between these times of the truth."""
+    error, t_s = errors(run, truth), truth.t_s[EVERY - 1 :: EVERY]
+    met = (t_s > begin_s) & (t_s <= end_s + JUDGED_S)
+    lies = {what: float(np.mean(rows[met])) for what, rows in lying(run, error).items()}
     back = {}
     for what, limit in GOOD.items():
         last = t_s[(t_s > end_s) & ~(error[what] < limit)].max(initial=end_s)
@@ -373,8 +386,47 @@ def outcomes(
     kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
 ) -> Iterator[list[Outcome]]:
     """For each start, in their order, the faults of these names in FAULTS. folder: of the recorded flight, for the kind FLIGHT."""
-    starts: Sequence[float] = starts_of(seed, runs)
-    if kind == FLIGHT:
-        starts = [float(part) for part in np.linspace(0, 1, runs)]
-    judge = partial(_judged, kind, tuple(names), folder if kind == FLIGHT else None)
-    return in_order(judge, starts, workers)
+    return in_order(partial(_judged, kind, tuple(names), folder), _starts(kind, runs, seed), workers)
+
+
+def _starts(kind: str, runs: int, seed: int) -> Sequence[float]:
+    return [float(part) for part in np.linspace(0, 1, runs)] if kind == FLIGHT else starts_of(seed, runs)
+
+
+# --------------------------------------------------------------------------------------------- hindsight
+
+
+@dataclass(frozen=True)
+class InHindsight:
+    """Filter and smoother over the same samples with a fault; by name of LIES."""
+
+    rms: dict[str, tuple[float, float]]
+    """Errors of filter and smoother over the rows in which both know them, in m, rad and m/s."""
+    lies: dict[str, tuple[float, float]]
+    """Shares of all rows."""
+
+
+def in_hindsight(drive: Drive, name: str) -> InHindsight:
+    """Raises HnavRuntimeError where the filter fails."""
+    spoilt, _, _ = drive.with_fault(name)
+    runs = [drive.run(spoilt, smooth) for smooth in (False, True)]
+    found = [errors(run, drive.truth) for run in runs]
+    rms = {}
+    for what in FLAGS:
+        both = np.isfinite(found[0][what]) & np.isfinite(found[1][what])
+        before, after = (float(np.sqrt(np.mean(error[what][both] ** 2))) for error in found)
+        rms[what] = before, after
+    shares = [{what: float(np.mean(rows)) for what, rows in lying(run, error).items()} for run, error in zip(runs, found)]
+    return InHindsight(rms, {what: (shares[0][what], shares[1][what]) for what in FLAGS})
+
+
+def hindsights(
+    kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
+) -> Iterator[list[InHindsight]]:
+    """As outcomes."""
+    return in_order(partial(_in_hindsight, kind, tuple(names), folder), _starts(kind, runs, seed), workers)
+
+
+def _in_hindsight(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[InHindsight]:
+    drive = _drive(kind, folder, start)
+    return [in_hindsight(drive, name) for name in names]
