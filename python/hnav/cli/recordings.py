@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import re
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -27,14 +26,12 @@ from hnav.cli.parameters import (
     TimeUnit,
 )
 from hnav.cli.words import UsageError, finding_line
-from hnav.io.findings import Finding
+from hnav.io.findings import SEVERAL, Finding
 from hnav.io.readers import read
 from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
-SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
-"""Separator between gx=1 and gy=2; axes contain commas too."""
 Z_POINTS_UP = "the z axis of the sensor points up, which is a roll of 180 deg in ned"
 UPWARD = 0.7
 """Share of the mean force along z."""

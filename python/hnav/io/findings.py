@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ import numpy as np
 from hnav.io.recordings import Recording
 from hnav.units import SI_PER
 
+SEVERAL = re.compile(r",(?=\s*[a-z]\w*=)")
+"""Separator between gx=1 and gy=2; axes contain commas too."""
 Samples = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Times and vectors by sensor."""
 
@@ -61,8 +64,8 @@ class Finding:
     @property
     def cure(self) -> str:
         """The remedy as a Python argument."""
-        sensor, _, axes = self.value.partition("=")
-        value = "True" if self.value == "yes" else f'{{"{sensor}": "{axes}"}}' if axes else f'"{self.value}"'
+        named = ", ".join('"{}": "{}"'.format(*part.split("=")) for part in SEVERAL.split(self.value) if "=" in part)
+        value = "True" if self.value == "yes" else f"{{{named}}}" if named else f'"{self.value}"'
         return "; ".join(filter(None, [f"use {self.argument}={value}" if self.argument else "", self.advice]))
 
     def __str__(self) -> str:

@@ -2,7 +2,7 @@
 
 Over windows of 10 s the displacement of the positions is compared with the integral of the velocities, as complex numbers (north + i
 east): as they are, with axes exchanged or negated, and with another scale, which is a unit. And the course has to turn when the rates do:
-a delay shows stamps of arrival.
+a delay shows stamps of arrival. Axes of rates and force are tested by hnav.io.accelerating.
 """
 
 from __future__ import annotations
@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from hnav.io.accelerating import following_of
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding, warning
 from hnav.io.readers.aid_columns import PER
 from hnav.io.recordings import Recording
-from hnav.io.turning import integral, integral_over
+from hnav.io.turning import IDENTITY, integral, integral_over
 
 EARTH_M = 6.371e6
 REPEATED = 0.6  # share of fixes that equal the one before
@@ -42,6 +43,7 @@ def check_aids(recording: Recording) -> list[Finding]:
     position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
     if velocity is not None:
         found += _against_turning(recording, velocity)
+        found += _against_acceleration(recording, velocity)
     if position is None:
         return found
     north_east_up = _metres(position)
@@ -179,6 +181,22 @@ def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Fin
     if best > TURNS_TOGETHER and abs(late_s) > LATE_S and best - now > MORE_EXPLAINED:
         shown = f"the course turns {abs(late_s):.2g} s {'later' if late_s > 0 else 'earlier'} than the rates"
         yield warning("clock", "velocity", shown, "fixes_late_s", f"{late_s:.2g}", "times of arrival are no times of validity")
+
+
+def _against_acceleration(recording: Recording, velocity: AidSamples) -> Iterator[Finding]:
+    """Axes of rates and force with which the body cannot have moved so."""
+    gyro, force = recording.samples("gyro"), recording.samples("accel")
+    if len(gyro[0]) < 2 or len(force[0]) < 2 or (following := following_of(gyro, force, velocity)) is None or not following.off:
+        return
+    now, best = float(following.error[0, IDENTITY]), float(following.error.min())
+    shown = f"the axes do not fit: force and rates miss the changes of the satellite velocity by {now:.2g} m/s each second, "
+    if (axes := following.axes) is None:
+        shown += f"with several other axes by {best:.2g}"
+        yield warning("axes", "gyro", shown, advice="see which axes of rates or force are exchanged or negated", certain=True)
+        return
+    advice = "both are mirrored: look up which axis is" if len(axes) > 1 else ""
+    value = ",".join(f"{sensor}={text}" for sensor, text in axes.items())
+    yield warning("axes", next(iter(axes)), f"{shown}with these by {best:.2g}", "axes", value, advice, certain=True)
 
 
 def _turn_about_the_vertical(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

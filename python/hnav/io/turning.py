@@ -17,7 +17,7 @@ SMOOTH_S = 0.4
 LONGEST_STEP_S = 0.5
 MOVING_RAD_S = 0.1  # rms of the turning of v, below which noise and disturbances are as large
 ENOUGH = 30
-STAY_S, STAY_STEP_S = 10.0, 0.02
+STAY_S, STAY_STEP_S, PARTS = 10.0, 0.02, 10
 LARGEST_GRID = 10  # points for each sample: more are gaps
 STAYS, STAYS_BETTER, STAYED = 0.95, 0.06, (0.9, 1.2)
 AS_GOOD = 0.02  # correlations that differ by less count as equal
@@ -100,9 +100,25 @@ class Stay:
 
 def stay_of(gyro: Samples, force: Samples, time_factor: float) -> Stay | None:
     """How much of the force stays over STAY_S, as a mean over the recording; None where it is shorter."""
+    (gyro_s, rate), (force_s, values) = (gyro[0] * time_factor, gyro[1]), (force[0] * time_factor, force[1])
+    if (held := held_force((gyro_s, rate), (force_s, values))) is None:
+        return None
+    edges_s, impulses = held
+    size = STAY_S * float(np.median(np.linalg.norm(values, axis=1)))
+    if size <= 0:
+        return None
+    return Stay(np.linalg.norm(np.einsum("kabc,wbc->wka", impulses.sum(axis=1), WAYS), axis=2).mean(axis=1) / size)
+
+
+def held_force(gyro: Samples, force: Samples) -> tuple[np.ndarray, np.ndarray] | None:
+    """Integral of the force over parts of windows of STAY_S, seen from axes that the rates hold still from its begin on.
+
+    Edges of the parts in s, k x (PARTS + 1), and k x PARTS x 3 x 3 x 3: [a, b, c] is the integral in m/s of C_ab f_c, of which any way to
+    name the axes of the force is a sum. None for a shorter recording.
+    """
     from scipy.spatial.transform import Rotation  # takes longer to load than --help may
 
-    (gyro_s, rate), (force_s, values) = (gyro[0] * time_factor, gyro[1]), (force[0] * time_factor, force[1])
+    (gyro_s, rate), (force_s, values) = gyro, force
     steps, length_s = round(STAY_S / STAY_STEP_S), float(gyro_s[-1] - gyro_s[0])
     count = int(length_s / STAY_S)
     if count == 0 or count * steps > LARGEST_GRID * len(gyro_s):
@@ -111,14 +127,12 @@ def stay_of(gyro: Samples, force: Samples, time_factor: float) -> Stay | None:
     turns = Rotation.from_rotvec(integral_over(gyro_s, rate, grid_s)).as_matrix().reshape(count, steps, 3, 3)
     middle_s = grid_s[:-1] + 0.5 * STAY_STEP_S
     held = np.stack([np.interp(middle_s, force_s, column) for column in values.T], axis=1).reshape(count, steps, 3)
-    attitude, total = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, 3, 3, 3))
+    attitude, impulses = np.broadcast_to(np.eye(3), (count, 3, 3)), np.zeros((count, PARTS, 3, 3, 3))
     for i in range(steps):
-        total = total + attitude[:, :, :, None] * held[:, i, None, None, :]
+        impulses[:, i * PARTS // steps] += STAY_STEP_S * attitude[:, :, :, None] * held[:, i, None, None, :]
         attitude = attitude @ turns[:, i]
-    size = steps * float(np.median(np.linalg.norm(held, axis=2)))
-    if size <= 0:
-        return None
-    return Stay(np.linalg.norm(np.einsum("kabc,wbc->wka", total, WAYS), axis=2).mean(axis=1) / size)
+    edges_s = grid_s[:: steps // PARTS]
+    return edges_s[np.arange(count)[:, None] * PARTS + np.arange(PARTS + 1)], impulses
 
 
 def fit_of(gyro: Samples, vector: Samples, time_factor: float, offset: bool) -> Fit | None:
