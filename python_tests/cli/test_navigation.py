@@ -226,3 +226,34 @@ def test_columns_that_nothing_reads_are_named(tmp_path, drive):
     table = pd.read_csv(path).assign(rpm=900, door_open=0)
     table.to_csv(path, index=False)
     assert "columns not read: rpm, door_open" in hnav("check", path).stdout
+
+
+def test_columns_reach_the_file_of_satellites_and_check_reads_it(tmp_path, drive):
+    imu, gnss = write_drive(tmp_path / "imu.csv", drive, with_aids=False), write_gnss(tmp_path / "gnss.csv", drive)
+    plain = hnav("check", imu, "--gnss", gnss)
+    assert plain.returncode == 0 and "velocity" in plain.stdout and plain.stdout.endswith("plausible\n"), plain.stdout
+    renamed = gnss.read_text().replace("t_s,received_s,lat_deg", "when,got,breadth", 1)
+    gnss.write_text(renamed)
+    imu.write_text(imu.read_text().replace("t_s", "moment", 1))
+    named = [f"--columns={pair}" for pair in ("t_s=moment", "gnss.t_s=when", "lat_deg=breadth", "received_s=got")]
+    assert hnav("check", imu, "--gnss", gnss, *named).stdout.replace(": table", ": csv") == plain.stdout
+    out = tmp_path / "out.csv"
+    done = hnav("filter", imu, "--filter", "ins", "--gnss", gnss, "--out", out, *named)
+    assert done.returncode == 0 and len(pd.read_csv(out, comment="#")) == len(drive.t_s), done.stderr
+
+
+@pytest.mark.parametrize("given, said", [
+    (["--columns", "lat_deg=nowhere"], "--columns lat_deg=nowhere: .*gnss.csv, line 1 has no such column, but t_s"),
+    (["--columns", "imu=/imu"], "--columns imu=/imu: .*imu.csv is read as csv, which has no such column: name t_s"),
+    (["--columns", "gnss.gnss=/fix"], "--columns gnss=/fix: .*gnss.csv is read as table, which has no such column"),
+    (["--gnss", "{imu}"], "no position .lat_deg"),
+])  # fmt: skip
+def test_a_column_that_no_role_can_use_is_refused(tmp_path, drive, given, said):
+    imu, gnss = write_drive(tmp_path / "imu.csv", drive, with_aids=False), write_gnss(tmp_path / "gnss.csv", drive)
+    done = hnav("check", imu, "--gnss", gnss, *(text.format(imu=imu) for text in given))
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and re.search(said, done.stderr), done.stderr
+
+
+def test_satellites_alone_are_no_recording(tmp_path, drive):
+    gnss = write_gnss(tmp_path / "gnss.csv", drive)
+    assert "holds satellites alone: give the recording of the inertial sensors, and this as --gnss" in hnav("check", gnss).stderr

@@ -10,6 +10,8 @@ import typer
 from hnav.cli.console import say
 from hnav.cli.recordings import Reading, lines_of, with_reading
 from hnav.cli.words import with_options
+from hnav.filters.ins_recording import with_aids
+from hnav.io.plausibility import LEVELS
 from hnav.io.plausible_aids import check_aids
 
 IMPLAUSIBLE = 1  # exit code
@@ -20,12 +22,15 @@ def command(
     recording: Annotated[Path, typer.Argument(help="Recording in the formats of hnav filter")],
     *,
     reading: Reading,
+    gnss: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Satellites, pressure or wheels in a file of their own, as of hnav filter")
+    ] = None,
 ) -> None:
-    data = reading.read(recording)
+    data = with_aids(reading.beside(gnss).read(recording), {} if gnss is None else reading.read_aids(gnss))
     say(repr(data))
     for note in data.origin.notes if data.origin else ():
         say(with_options(note))
-    findings = [*reading.check(data), *check_aids(data)]
+    findings = sorted([*reading.check(data), *check_aids(data)], key=lambda finding: LEVELS.index(finding.level))
     for line in lines_of(findings):
         say(line)
     if any(finding.level != "note" for finding in findings):

@@ -22,7 +22,6 @@ from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.plausible_aids import check_aids
-from hnav.io.readers import read_aids
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
@@ -89,7 +88,11 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
     refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
     options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, wanted.reading)
-    table = None if report or out is None or wanted.smooth else wanted.reading.long_table(recording, wanted.corrected())
+    table = (
+        None
+        if report or out is None or wanted.smooth
+        else wanted.reading.beside(wanted.gnss).long_table(recording, wanted.corrected())
+    )
     made = made_by(recording, wanted)
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
         first = with_aids(next(iter(table)), given)
@@ -134,8 +137,8 @@ def made_by(recording: Path, wanted: Wanted) -> list[str]:
 
 
 def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
-    """Aids of a separate file; column names apply to both files."""
-    return {} if gnss is None else read_aids(gnss, drop_repeats=reading.drop_repeats, fixes_late_s=reading.fixes_late_s)
+    """Aids of a separate file."""
+    return {} if gnss is None else reading.read_aids(gnss)
 
 
 def read_navigation(
@@ -144,7 +147,7 @@ def read_navigation(
     """The recording with its aids, corrected, rate and force in the same rows; and what is implausible in it. Raises HnavError or
     UsageError when there is no aid.
     """
-    data = with_aids(paired(wanted.reading.read(path)), given)
+    data = with_aids(paired(wanted.reading.beside(wanted.gnss).read(path)), given)
     refuse_unaided(path, data, options)
     data = corrected(data) if (corrected := wanted.corrected()) else data
     return data, [*of_navigation(wanted.reading.check(data)), *check_aids(data)]

@@ -90,7 +90,10 @@ Format = Annotated[
 ]
 Columns = Annotated[
     list[str] | None,
-    typer.Option(metavar="ROLE=NAME", help="Which column is t_s, gx to mz; -NAME negates; of a bag, imu=TOPIC and mag=TOPIC"),
+    typer.Option(
+        metavar="ROLE=NAME",
+        help="Which column is t_s, gx to mz, lat_deg, ...; -NAME negates; of a bag, imu=TOPIC, mag=TOPIC and gnss=TOPIC; with --gnss, lat_deg and other aids are columns of that file, and gnss.t_s its times",
+    ),
 ]
 GyroUnit = Annotated[
     str | None, typer.Option(metavar="UNIT", help="Of the rates: rad/s, deg/s or mdeg/s, whatever the file says")

@@ -6,7 +6,7 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -26,13 +26,17 @@ from hnav.cli.parameters import (
     TimeUnit,
 )
 from hnav.cli.words import UsageError, finding_line
+from hnav.io.aids import AidSamples
 from hnav.io.findings import SEVERAL, Finding
-from hnav.io.readers import read
+from hnav.io.readers import read, read_aids
+from hnav.io.readers.aid_columns import ROLES
 from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.readers.streams import Wishes
 from hnav.io.recordings import Recording
 
 Z_POINTS_UP = "the z axis of the sensor points up, which is a roll of 180 deg in ned"
+OF_AIDS, OF_GNSS = (*ROLES, "gnss"), "gnss."
+"""What --columns names in the file of --gnss, if there is one; and before a role that both may have: gnss.t_s."""
 UPWARD = 0.7
 """Share of the mean force along z."""
 
@@ -71,6 +75,26 @@ class Reading:
     def long_table(self, path: Path, corrected: Callable[[Recording], Recording] | None) -> LongTable | None:
         """The pieces of a long table of text, corrected; None for a file that must be read as a whole. Raises HnavError."""
         return long_table(path, self.hemisphere, corrected, **self._arguments())
+
+    def read_aids(self, path: Path) -> dict[str, AidSamples]:
+        """Satellites, pressure and wheels of a file of their own. Raises HnavError, UsageError."""
+        _, columns = self._columns_of_both()
+        return read_aids(path, columns=columns, drop_repeats=self.drop_repeats, fixes_late_s=self.fixes_late_s)
+
+    def beside(self, gnss: Path | None) -> Reading:
+        """How to read the recording beside a file with aids, to which the columns of aids then belong. Raises UsageError."""
+        if gnss is None:
+            return self
+        columns, _ = self._columns_of_both()
+        return replace(self, columns=[f"{role}={name}" for role, name in columns.items()])
+
+    def _columns_of_both(self) -> tuple[dict[str, str], dict[str, str]]:
+        """The columns of a recording, and those of the file with aids beside it. Raises UsageError."""
+        given = pairs("--columns", self.columns)
+        of_aids = {
+            role.removeprefix(OF_GNSS): name for role, name in given.items() if role in OF_AIDS or role.startswith(OF_GNSS)
+        }
+        return {role: name for role, name in given.items() if role not in OF_AIDS and not role.startswith(OF_GNSS)}, of_aids
 
     def _arguments(self) -> dict[str, Any]:
         """The options as arguments of hnav.read."""

@@ -23,10 +23,10 @@ LAGS_S = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)
 FITS_M_S = 1.5
 """RMS error over PART_S, from receiver noise and vibration, up to which an assignment explains the velocities. With wrong units or a
 dead axis no assignment does."""
-WORSE = 1.6
-"""Ratio of the mean squared errors from which the axes as they are count as wrong; simulated vehicles with right axes reach 1.4."""
+WORSE = 1.8
+"""Ratio of the mean squared errors from which the axes as they are count as wrong; simulated vehicles with right axes reach 1.6."""
 AS_GOOD = 1.1
-"""Ratio up to which two assignments cannot be told apart."""
+"""Ratio up to which two assignments count as equal."""
 LARGEST_BIAS_RAD_S, BIASES_TRIED = 0.09, 40
 """5 deg/s, four times that of a chip that was never calibrated; the search stops after so many."""
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.formats import FORMATS, reader_of
-from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of
+from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of, refuse_unused_names
 from hnav.io.readers.tables import raw_of, table_of
 from hnav.io.recordings import Recording, RecordingError
 
@@ -80,7 +80,9 @@ def read_aids(
     wishes = Wishes(
         dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True
     )
-    if not (found := aids_of(_raw(path, format, wishes), wishes)):
+    raw = _raw(path, format, wishes)
+    refuse_unused_names(str(path), raw, wishes)
+    if not (found := aids_of(raw, wishes)):
         raise RecordingError(
             f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
             "or heading (antenna_heading_deg): name its columns by columns lat_deg=NAME"

@@ -51,6 +51,8 @@ def lonely(roles: Collection[str]) -> Iterator[str]:
     place, missing = ([role for role in PLACE if (role in roles) == there] for there in (True, False))
     if missing and place not in ([], ["alt_m"]):
         yield f"positions were left out: {', '.join(place)} without {', '.join(missing)}"
+    if "sigma_vel" in roles and not {"vn", "ve"} <= {*roles} and not {"ground_speed", "course_deg"} <= {*roles}:
+        yield "sigma_vel was left out: there are no velocities"
     if "vn" in roles and "ve" in roles:
         return
     if "course_deg" in roles and "speed_m_s" in roles:

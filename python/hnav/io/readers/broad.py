@@ -79,7 +79,7 @@ def read_broad(path: Path, wishes: Wishes) -> Raw:
     names = {"gyro": "imu_gyr", "accel": "imu_acc", "mag": "imu_mag"}
     streams = [Stream(s, t_s, array(names[s], 3), wishes.unit(s, by_format=units[s])) for s in units]
     extra = {"reference_q_nb": array("opt_quat", 4), "movement": array("movement").astype(bool)}
-    return Raw("broad", streams, wishes.unit("time", by_format="s"), extra=extra)
+    return Raw("broad", streams, wishes.unit("time", by_format="s"), extra=extra, names=())
 
 
 def _contents(path: Path) -> tuple[dict[str, Any], float] | None:

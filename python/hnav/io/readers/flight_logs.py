@@ -43,7 +43,7 @@ def read_ardupilot(path: Path, wishes: Wishes) -> Raw:
     missing = [sensor for sensor in ("gyro", "accel") if sensor not in {stream.sensor for stream in streams}]
     if missing and not wishes.only_aids:
         raise RecordingError(f"{path}: has no message IMU, GYR or ACC: log it (LOG_BITMASK, IMU)")
-    return Raw("ardupilot", streams, wishes.unit("time", by_format="us"), aids=aids)
+    return Raw("ardupilot", streams, wishes.unit("time", by_format="us"), aids=aids, names=())
 
 
 def _messages(path: Path, wanted: set[str]) -> dict[str, list[dict[str, Any]]]:

@@ -18,8 +18,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import along, present
-from hnav.io.readers.receivers import alone
-from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.streams import Raw, Wishes, alone
 from hnav.io.recordings import RecordingError
 
 SENTENCE = re.compile(r"^([\d.]*)[,;\s]*\$G?[A-Z]?([A-Z]{3}),([^*\r\n]*)(?:\*([0-9A-Fa-f]{2}))?", re.MULTILINE)
@@ -43,7 +42,7 @@ def read_nmea(path: Path, wishes: Wishes) -> Raw:
     aids = log.aids()
     if not aids:
         raise RecordingError(f"{path}: no sentence GGA or RMC with a fix: look whether the receiver saw satellites")
-    return Raw("nmea", [], wishes.unit("time", by_format="s"), aids=aids)
+    return Raw("nmea", [], wishes.unit("time", by_format="s"), aids=aids, names=())
 
 
 def _is_whole(match: re.Match[str]) -> bool:

@@ -10,19 +10,11 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import present
-from hnav.io.readers.streams import Raw, Wishes, cannot_be_read, library
+from hnav.io.readers.streams import Raw, Wishes, alone, cannot_be_read, library
 from hnav.io.recordings import RecordingError
 
 SYNC = b"\xb5\x62"
 FIX_3D = 3
-
-
-def alone(path: Path, wishes: Wishes) -> None:
-    """Raises RecordingError for a file that is to hold inertial sensors."""
-    if not wishes.only_aids:
-        raise RecordingError(
-            f"{path}: holds satellites alone: give the recording of the inertial sensors, and this as --gnss {path}"
-        )
 
 
 def is_ubx(path: Path, head: bytes) -> bool:
@@ -52,7 +44,7 @@ def read_ubx(path: Path, wishes: Wishes) -> Raw:
         "position": AidSamples(place[:, 0], np.column_stack([np.radians(place[:, 1:3]), place[:, 3]]), place[:, [4, 4, 5]]),
         "velocity": AidSamples(velocity[:, 0], velocity[:, 1:4], np.repeat(velocity[:, 4:], 3, axis=1)),
     }
-    return Raw("ubx", [], wishes.unit("time", by_format="s"), aids=aids)
+    return Raw("ubx", [], wishes.unit("time", by_format="s"), aids=aids, names=())
 
 
 def _utc_s(message: object) -> float:
@@ -95,4 +87,4 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
         raise RecordingError(f"{path}: no point of a track with a time")
     table = np.array(rows)
     one = AidSamples(table[:, 0], np.column_stack([np.radians(table[:, 1:3]), table[:, 3]]), np.full((len(table), 3), np.nan))
-    return Raw("gpx", [], wishes.unit("time", by_format="s"), aids={"position": one.rows(present("position", one))})
+    return Raw("gpx", [], wishes.unit("time", by_format="s"), aids={"position": one.rows(present("position", one))}, names=())

@@ -21,6 +21,7 @@ SQLITE_MAGIC = b"SQLite format 3\0"
 ROS_UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 IMU, MAG, FIX = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/NavSatFix"
 WORDS = {IMU: "imu", MAG: "mag", FIX: "gnss"}
+TOPICS = tuple(WORDS.values())
 
 # --------------------------------------------------------------------------------------------- PX4
 
@@ -53,7 +54,7 @@ def read_ulog(path: Path, wishes: Wishes) -> Raw:
             raise RecordingError(
                 f"{path}: has no topic {' or '.join(topic for topic, _, _ in ULOG_TOPICS[sensor])}: log it (SDLOG_PROFILE)"
             )
-    return Raw("ulog", streams, wishes.unit("time", by_format="us"), aids=aids)
+    return Raw("ulog", streams, wishes.unit("time", by_format="us"), aids=aids, names=())
 
 
 def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream | None:
@@ -147,7 +148,7 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
             fix, fix_notes = _topic(path, reader, FIX, wishes.columns.get("gnss"))
             aids = _fixes(reader, fix) if fix else {}
             if wishes.only_aids:
-                return Raw("rosbag", [], wishes.unit("time", by_format="s"), tuple(fix_notes), aids=aids)
+                return Raw("rosbag", [], wishes.unit("time", by_format="s"), tuple(fix_notes), aids=aids, names=TOPICS)
             if imu is None:
                 there = ", ".join(sorted(reader.topics)[:8]) or "none"
                 raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {there}")
@@ -161,7 +162,9 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
     streams = [
         Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
     ]
-    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes, *fix_notes), aids=aids)
+    return Raw(
+        "rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes, *fix_notes), aids=aids, names=TOPICS
+    )
 
 
 def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str | None, list[str]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -95,10 +95,13 @@ class Raw:
     """Other arrays of a Recording, on the times of the streams, which are then all the same."""
     aids: Mapping[str, AidSamples] = field(default_factory=dict)
     """By kind; in any order, samples that are none among them."""
+    names: Collection[str] = (*CSV_COLUMNS, *ROLES)
+    """What columns may name in a file of this format."""
 
 
 def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     """The streams in SI units, merged by time. shown: what messages call the file. Raises RecordingError."""
+    refuse_unused_names(shown, raw, wishes)
     notes = list(raw.notes)
     streams = []
     for stream in raw.streams:
@@ -122,11 +125,29 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     return Recording(name, t_s, **arrays, **raw.extra, aids=aids, origin=Origin(raw.format, units, tuple(notes)))
 
 
+def refuse_unused_names(shown: str, raw: Raw, wishes: Wishes) -> None:
+    """Raises RecordingError for columns that a file of this format cannot have."""
+    for role, name in wishes.columns.items():
+        if role not in raw.names:
+            there = f"name {', '.join(raw.names)}" if raw.names else "leave it out"
+            raise RecordingError(
+                f"columns {role}={name}: {shown} is read as {raw.format}, which has no such column: {there}", "columns"
+            )
+
+
 def aids_of(raw: Raw, wishes: Wishes) -> dict[str, AidSamples]:
     """What aids navigation, in the order of arrival; kinds without samples are left out."""
     found = {kind: by_arrival(one) for kind, one in raw.aids.items() if len(one.t_s)}
     found |= {kind: replace(found[kind], t_s=found[kind].t_s - wishes.fixes_late_s) for kind in FIXES if kind in found}
     return {kind: one.without_repeats() for kind, one in found.items()} if wishes.drop_repeats else found
+
+
+def alone(shown: object, wishes: Wishes) -> None:
+    """Raises RecordingError for a file that is to hold inertial sensors."""
+    if not wishes.only_aids:
+        raise RecordingError(
+            f"{shown}: holds satellites alone: give the recording of the inertial sensors, and this as --gnss {shown}"
+        )
 
 
 def _in_order(shown: str, stream: Stream, rate_hz: float | None) -> tuple[Stream, str]:

@@ -22,7 +22,7 @@ from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
-from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, cannot_be_read, library
+from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, alone, cannot_be_read, library
 from hnav.io.readers.unit_names import unknown_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import si_per
@@ -116,6 +116,8 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
         if not any(role in table.columns for role in roles):
             if sensor == "mag":
                 continue
+            if aids and not any(role in table.columns for role in NEEDED_OF_HOUSE[1:]):
+                alone(shown, wishes)
             raise RecordingError(missing_column(shown, table, *roles))
         own = table.of_sensor(sensor)
         if own is not table:
