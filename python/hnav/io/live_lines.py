@@ -22,12 +22,12 @@ import numpy as np
 from hnav.io.live_sources import Chunk
 from hnav.io.readers.aids import along, pressure_factor
 from hnav.io.readers.cells import BLANKS, DELIMITERS, is_number
-from hnav.io.readers.clock import unit_by_size
+from hnav.io.readers.clock import WITHIN_S, unit_by_size
 from hnav.io.readers.columns import Column, columns_of
 from hnav.io.readers.layout import Layout
 from hnav.io.readers.long_tables import is_sensor, plan_of_long
 from hnav.io.readers.nmea import LIVE_COLUMNS, Sentences
-from hnav.io.readers.streams import WITHIN_S, Wishes, turned
+from hnav.io.readers.streams import Wishes, turned
 from hnav.io.readers.tables import Table, missing_column, stream_of
 from hnav.io.readers.trees import AXES, KINDS, flattened
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError

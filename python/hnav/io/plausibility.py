@@ -17,7 +17,7 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.io.findings import Finding, Samples, unit_name, warning
 from hnav.io.plausible_turning import findings_by_turning
-from hnav.io.readers.clock import MENDED
+from hnav.io.readers.clock import MENDED, ORDERED
 from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2, SUSPECTED, si_per
 
@@ -45,6 +45,11 @@ CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples that a check needs
 FEWEST_ROWS = 10  # in which something may get ready
+ADVICE_ON_TIMES = {
+    MENDED: "look at the logger; rate_hz puts samples at equal intervals",
+    ORDERED: "right if the stamps are times of measurement; a column received_s is for those of arrival",
+}
+"""By the beginning of the reader's note."""
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
@@ -151,10 +156,9 @@ def _other_unit(recording: Recording, quantity: str, value: float, low: float, h
 
 def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
     for note in recording.origin.notes if recording.origin else ():
-        if note.startswith(MENDED):
-            yield warning(
-                "clock", "time", note.removeprefix(MENDED), advice="look at the logger; rate_hz puts samples at equal intervals"
-            )
+        for beginning, advice in ADVICE_ON_TIMES.items():
+            if note.startswith(beginning):
+                yield warning("clock", "time", note.removeprefix(beginning), advice=advice)
     for sensor in ("gyro", "accel"):
         if sensor in live:
             interval_s = float(np.median(np.diff(live[sensor][0])))

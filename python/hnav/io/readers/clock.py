@@ -15,12 +15,14 @@ MOST_WRONG = 0.02
 """Share of the time stamps that may be wrong; with more, they cannot be corrected."""
 FEWEST_WRONG = 3
 FEWEST_ROWS = 8  # needed for the usual interval
+WITHIN_S = 1.0
+"""Stamps that run back by less may only stand in another order; by more, the clock was set back."""
 LONGEST_RUN = 50
 """Rows with one stamp: a clock of 1 s at 50 Hz."""
 NEIGHBOURS = 3.5
 """Usual intervals between the stamps before and after a wrong one: two, with tolerance for jitter."""
-MENDED = "clock: "
-"""Beginning of notes about corrected times."""
+MENDED, ORDERED = "clock: ", "order: "
+"""Beginning of notes about corrected times, and about rows that were sorted by them."""
 
 
 def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:

@@ -144,7 +144,7 @@ class LongTable:
             made = recording_of(self.name, shown, raw_of(shown, table_by(shown, frame, self._plan), self._wishes), self._wishes)
         except RecordingError:
             raise _NotPlain from None
-        if made.origin is None or made.origin.notes:
+        if made.origin is None or made.origin.notes or len(made.t_s) != len(frame):
             raise _NotPlain
         if self._wishes.rate_hz is not None:
             made = replace(made, t_s=np.arange(before, before + len(made.t_s)) / self._wishes.rate_hz)

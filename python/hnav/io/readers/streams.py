@@ -13,12 +13,11 @@ import numpy as np
 
 from hnav.io.aids import AidSamples, by_arrival
 from hnav.io.readers.aid_columns import ROLES
-from hnav.io.readers.clock import mended
+from hnav.io.readers.clock import WITHIN_S, mended
 from hnav.io.readers.unit_names import asked_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, Origin, Recording, RecordingError, Unit
 from hnav.units import SI_PER, si_per
 
-WITHIN_S = 1.0  # stamps that run back by less are put in order
 LATEST_S = 60.0  # of fixes_late_s
 FIXES = ("position", "velocity")
 SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics

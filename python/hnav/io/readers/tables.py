@@ -22,7 +22,8 @@ from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
-from hnav.io.readers.streams import WITHIN_S, Raw, Stream, Wishes, alone, cannot_be_read, library
+from hnav.io.readers.row_order import by_time, only_unordered
+from hnav.io.readers.streams import Raw, Stream, Wishes, alone, cannot_be_read, library
 from hnav.io.readers.unit_names import unknown_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import si_per
@@ -104,6 +105,7 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     """The streams of a table whose rows hold all sensors. Raises RecordingError."""
     house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
     by_format = by_format or {}
+    table = _by_time(table, wishes)
     timed = table.of_sensor("gyro")
     t_s, time_unit, notes = times_of(shown, timed, wishes, by_format)
     streams: list[Stream] = []
@@ -112,19 +114,33 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     if wishes.only_aids:
         return Raw(name or "table", streams, time_unit, notes, aids=aids)
     for sensor in ARRAYS:
-        roles = [sensor[0] + axis for axis in "xyz"]
-        if not any(role in table.columns for role in roles):
-            if sensor == "mag":
-                continue
-            if aids and not any(role in table.columns for role in NEEDED_OF_HOUSE[1:]):
-                alone(shown, wishes)
-            raise RecordingError(missing_column(shown, table, *roles))
+        if not _has(shown, table, sensor, wishes):
+            continue
         own = table.of_sensor(sensor)
         if own is not table:
             t_s, _, more = times_of(shown, own, wishes, by_format)
             notes = (*notes, *(note for note in more if note not in notes))
         streams.append(stream_of(shown, own, sensor, t_s, wishes, by_format.get(sensor)))
     return Raw(name or ("csv" if house else "table"), streams, time_unit, (*table.notes, *notes), aids=aids)
+
+
+def _by_time(table: Table, wishes: Wishes) -> Table:
+    """The rows in the order of their times, which rate_hz and the arrival of aids overrule."""
+    if wishes.rate_hz is not None or wishes.only_aids:
+        return table
+    values, moved = by_time(table.values)
+    return replace(table, values=values, notes=(*table.notes, *moved))
+
+
+def _has(shown: str, table: Table, sensor: str, wishes: Wishes) -> bool:
+    """Whether the table has columns of the sensor. Raises RecordingError where it must."""
+    roles = [sensor[0] + axis for axis in "xyz"]
+    there = any(role in table.columns for role in roles)
+    if there or sensor == "mag":
+        return there
+    if any(column.aids for column in table.columns.values()) and not any(role in table.columns for role in NEEDED_OF_HOUSE[1:]):
+        alone(shown, wishes)
+    raise RecordingError(missing_column(shown, table, *roles))
 
 
 def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wishes, by_format: str | None) -> Stream:
@@ -183,13 +199,7 @@ def _can_be_ordered(table: Table, t_s: np.ndarray) -> bool:
     back = ~np.isfinite(t_s) | (np.diff(t_s, prepend=-np.inf) <= 0)
     if not back.any():
         return True
-    return bool(np.isfinite(t_s).all()) and (_stands_twice(table, np.flatnonzero(back) - 1) or _only_unordered(t_s))
-
-
-def _only_unordered(t_s: np.ndarray) -> bool:
-    """Whether rows at equal intervals only stand in another order."""
-    steps = np.diff(np.sort(t_s))
-    return bool(np.diff(t_s).min() > -WITHIN_S and steps.min() > 0.5 * np.median(steps) and steps.max() < 1.5 * np.median(steps))
+    return bool(np.isfinite(t_s).all()) and (_stands_twice(table, np.flatnonzero(back) - 1) or only_unordered(t_s))
 
 
 def _fault_of_times(shown: str, table: Table, t_s: np.ndarray) -> str:
