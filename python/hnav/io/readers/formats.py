@@ -15,6 +15,7 @@ from hnav.io.readers.phones import is_phone_export, read_phone
 from hnav.io.readers.receivers import is_gpx, is_ubx, read_gpx, read_ubx
 from hnav.io.readers.records import is_json, is_npz, read_json, read_npz
 from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
+from hnav.io.readers.rostopic import is_rostopic, read_rostopic
 from hnav.io.readers.serial_text import is_serial_text, read_serial_text
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.tables import UTF_16, read_parquet, read_table, without_zeros
@@ -47,6 +48,7 @@ FORMATS = {
     "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
     "parquet": Format("Parquet, Feather", lambda path, head: head.startswith((b"PAR1", b"ARROW1")), read_parquet),
     "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
+    "rostopic": Format("messages of ROS 1 as text, by rostopic echo -p", is_rostopic, read_rostopic),
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
     "xsens-text": Format("text exported by MT Manager of Xsens, or from a DOT", is_xsens_text, read_xsens_text),

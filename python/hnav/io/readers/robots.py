@@ -208,16 +208,27 @@ def _messages(reader: Any, topic: str) -> Iterator[tuple[float, Any]]:
 
 
 def _fixes(reader: Any, topic: str) -> dict[str, AidSamples]:
-    """Positions of NavSatFix; its covariance is in east, north, up."""
-    t_s, place, sigma = [], [], []
-    for stamp_s, fix in _messages(reader, topic):
-        if fix.status.status >= 0:
-            t_s.append(stamp_s)
-            place.append((np.radians(fix.latitude), np.radians(fix.longitude), fix.altitude))
-            variance = np.asarray(fix.position_covariance, float)[[4, 0, 8]]
-            sigma.append(np.sqrt(variance) if fix.position_covariance_type and (variance > 0).all() else np.full(3, np.nan))
-    one = AidSamples(np.array(t_s), np.array(place).reshape(-1, 3), np.array(sigma).reshape(-1, 3))
-    return _kept({"position": one})
+    """Positions of NavSatFix."""
+    rows = [
+        (t_s, m.latitude, m.longitude, m.altitude, *np.asarray(m.position_covariance, float)[[4, 0, 8]], m.position_covariance_type, m.status.status)
+        for t_s, m in _messages(reader, topic)
+    ]  # fmt: skip
+    t = np.array(rows, float).reshape(-1, 9)
+    return fix_samples(t[:, 0], t[:, 1:4], t[:, 4:7], t[:, 7], t[:, 8])
+
+
+FIX_FIELDS = ("latitude", "longitude", "altitude", "status.status")
+"""Of NavSatFix."""
+
+
+def fix_samples(
+    t_s: np.ndarray, place: np.ndarray, variance: np.ndarray, kind: np.ndarray, status: np.ndarray
+) -> dict[str, AidSamples]:
+    """Positions of n messages NavSatFix. place: n x 3, in deg and m; variance: n x 3, in m2, north, east, up; kind: 0 where it is unknown;
+    status: below 0 without a fix."""
+    known = (kind[:, None] > 0) & (variance > 0).all(axis=1, keepdims=True)
+    one = AidSamples(t_s, place * [np.pi / 180, np.pi / 180, 1.0], np.sqrt(np.where(known, variance, np.nan)))
+    return _kept({"position": one.rows(status >= 0)})
 
 
 def _rate(message: Any) -> Any:
