@@ -1,5 +1,6 @@
 """Satellites, pressure, wheels and headings are the same samples in every shape of file, and never a reason to refuse inertial sensors."""
 
+import re
 import struct
 import zipfile
 
@@ -252,3 +253,35 @@ def test_fixes_that_are_held_between_are_noticed_and_dropped(tmp_path, motion):
     assert (finding.code, finding.argument, finding.value) == ("repeated", "drop_repeats", "yes")
     kept = read(path, drop_repeats=True)
     assert len(kept.aids["position"].t_s) == 3 and not check_aids(kept)
+
+
+def ulog_with_pressure(tmp_path, motion):
+    pytest.importorskip("pyulog")
+    bodies = [struct.pack("<Qf", 1_000_000 + 10_000 * i, 95e3) for i in range(100)]
+    return recorded.ulog(tmp_path, motion, {"vehicle_air_data": ("uint64_t timestamp;float baro_pressure_pa;", bodies)})
+
+
+def damages(path):
+    return [finding.message for finding in read(path).check() if finding.code == "damaged"]
+
+
+def test_a_log_that_was_cut_off_says_so(tmp_path, motion):
+    path = ulog_with_pressure(tmp_path, motion)
+    assert damages(path) == []
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-5])
+    (said,) = damages(path)
+    assert said.startswith("the log was cut off within its last message") and "samples were read of sensor_combined" in said
+
+
+def test_a_log_with_foreign_bytes_says_where_and_what_is_missing(tmp_path, motion):
+    path = ulog_with_pressure(tmp_path, motion)
+    whole = path.read_bytes()
+    begin = whole.rindex(struct.pack("<HBH", 14, ord("D"), 2))  # the last pressure
+    path.write_bytes(whole[:begin] + bytes(range(200, 217)) + whole[begin + 17 :])
+    (said,) = damages(path)
+    assert said.startswith(f"the log is damaged at byte {begin} of {len(whole)}, and messages are lost")
+    first = whole.index(struct.pack("<HBH", 14, ord("D"), 2))
+    path.write_bytes(whole[:first] + 5 * bytes(range(200, 217)))
+    (said,) = damages(path)
+    assert said.endswith("and none of vehicle_air_data") and re.search(r"samples were read of sensor_combined \d+", said)

@@ -35,9 +35,9 @@ class Finding:
     """error, warning or note."""
     code: str
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
-    absent, contradiction, clock, short or not_testable."""
+    absent, contradiction, clock, damaged, short or not_testable."""
     sensor: str
-    """gyro, accel, mag or time; position, velocity or speed of the aids."""
+    """gyro, accel, mag, time or file; position, velocity or speed of the aids."""
     message: str
     """What was found, with its number."""
     argument: str | None = None

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from hnav.errors import HnavValueError, PlausibilityWarning
 from hnav.io.findings import Finding, Samples, unit_name, warning
 from hnav.io.plausible_turning import findings_by_turning
-from hnav.io.readers.clock import MENDED, ORDERED
+from hnav.io.readers.clock import DAMAGED, MENDED, ORDERED
 from hnav.io.recordings import ARRAYS, Recording
 from hnav.units import G_M_S2, SUSPECTED, si_per
 
@@ -45,11 +45,12 @@ CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples that a check needs
 FEWEST_ROWS = 10  # in which something may get ready
-ADVICE_ON_TIMES = {
-    MENDED: "look at the logger; rate_hz puts samples at equal intervals",
-    ORDERED: "right if the stamps are times of measurement; a column received_s is for those of arrival",
+NOTED = {
+    MENDED: ("clock", "time", "look at the logger; rate_hz puts samples at equal intervals"),
+    ORDERED: ("clock", "time", "right if the stamps are times of measurement; a column received_s is for those of arrival"),
+    DAMAGED: ("damaged", "file", "copy the log again from the card, and look at the logger"),
 }
-"""By the beginning of the reader's note."""
+"""By the beginning of the reader's note: code, sensor and advice of the warning that it is."""
 STANDING_STAMPS = 0.5  # share of stamps that may equal the one before
 WARNED_ROWS = 5000  # of arrays: 18 ms, whatever their length
 ARRAYS_OF_THE_SOUTH = "multiply the force by -1; south of the magnetic equator it is right, and check=False silences this"
@@ -66,6 +67,7 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found = [*_working(recording, samples)]
     dead = {finding.sensor for finding in found if finding.code in ("no_samples", "all_zero", "absent")}
     live = {sensor: kept for sensor, kept in samples.items() if sensor not in dead and len(kept[0]) >= ENOUGH}
+    found += _noted(recording)
     found += _length(recording)
     found += _time(recording, live)
     found += _gaps(recording, live)
@@ -74,6 +76,14 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _repeated(recording, live)
     found += findings_by_turning(recording, live, found, hemisphere or _hemisphere(recording))
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
+
+
+def _noted(recording: Recording) -> Iterator[Finding]:
+    """What the reader has noted and the user must hear of."""
+    for note in recording.origin.notes if recording.origin else ():
+        for beginning, (code, sensor, advice) in NOTED.items():
+            if note.startswith(beginning):
+                yield warning(code, sensor, note.removeprefix(beginning), advice=advice)
 
 
 def _length(recording: Recording) -> Iterator[Finding]:
@@ -155,10 +165,6 @@ def _other_unit(recording: Recording, quantity: str, value: float, low: float, h
 
 
 def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
-    for note in recording.origin.notes if recording.origin else ():
-        for beginning, advice in ADVICE_ON_TIMES.items():
-            if note.startswith(beginning):
-                yield warning("clock", "time", note.removeprefix(beginning), advice=advice)
     for sensor in ("gyro", "accel"):
         if sensor in live:
             interval_s = float(np.median(np.diff(live[sensor][0])))

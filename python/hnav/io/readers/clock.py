@@ -21,8 +21,8 @@ LONGEST_RUN = 50
 """Rows with one stamp: a clock of 1 s at 50 Hz."""
 NEIGHBOURS = 3.5
 """Usual intervals between the stamps before and after a wrong one: two, with tolerance for jitter."""
-MENDED, ORDERED = "clock: ", "order: "
-"""Beginning of notes about corrected times, and about rows that were sorted by them."""
+MENDED, ORDERED, DAMAGED = "clock: ", "order: ", "damage: "
+"""Beginnings of notes that are warnings: of corrected times, of rows that were sorted by them, of a file that was not read whole."""
 
 
 def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import io
+from collections.abc import Callable, Collection, Iterator
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import SMALLEST_PA, present
+from hnav.io.readers.clock import DAMAGED
 from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
@@ -43,7 +46,8 @@ def read_ulog(path: Path, wishes: Wishes) -> Raw:
     pyulog = library("pyulog", "logs", str(path))
     wanted = sorted({topic for topics in ULOG_TOPICS.values() for topic, _, _ in topics} | {*ULOG_GNSS, *ULOG_PRESSURE})
     try:
-        log = pyulog.ULog(str(path), wanted)
+        with redirect_stdout(io.StringIO()):  # the parser prints that a file is corrupt
+            log = pyulog.ULog(str(path), wanted)
         topics = {data.name: data.data for data in sorted(log.data_list, key=lambda data: -data.multi_id)}
         streams = [stream for sensor in ARRAYS if (stream := _ulog_stream(topics, sensor, wishes))]
         aids = _ulog_satellites(topics) | _ulog_pressure(topics)
@@ -54,7 +58,30 @@ def read_ulog(path: Path, wishes: Wishes) -> Raw:
             raise RecordingError(
                 f"{path}: has no topic {' or '.join(topic for topic, _, _ in ULOG_TOPICS[sensor])}: log it (SDLOG_PROFILE)"
             )
-    return Raw("ulog", streams, wishes.unit("time", by_format="us"), aids=aids, names=())
+    return Raw("ulog", streams, wishes.unit("time", by_format="us"), _ulog_damage(path, log, wanted), aids=aids, names=())
+
+
+# Kinds of messages: https://docs.px4.io/main/en/dev_log/ulog_file_format.html
+ULOG_KINDS = frozenset(b"BFIMPQARDLCSO")
+ULOG_HEADER_BYTES, ULOG_MESSAGE_BYTES = 16, 3
+
+
+def _ulog_damage(path: Path, log: Any, wanted: Collection[str]) -> tuple[str, ...]:
+    """A note on a log that is damaged or cut off: where, and of which topics there are samples."""
+    data = path.read_bytes()
+    at = ULOG_HEADER_BYTES
+    while at + ULOG_MESSAGE_BYTES <= len(data) and data[at + 2] in ULOG_KINDS:
+        at += ULOG_MESSAGE_BYTES + int.from_bytes(data[at : at + 2], "little")
+    if at == len(data) and not log.file_corruption:
+        return ()
+    if at >= len(data) - 2 and not log.file_corruption:
+        begun = "the log was cut off within its last message, and what followed is lost"
+    else:
+        begun = f"the log is damaged{f' at byte {at} of {len(data)}' if at < len(data) - 2 else ''}, and messages are lost"
+    counts = {data.name: len(data.data["timestamp"]) for data in log.data_list}
+    read = ", ".join(f"{name} {count}" for name, count in counts.items())
+    without = ", ".join(name for name in wanted if name in log.message_formats and name not in counts)
+    return (f"{DAMAGED}{begun}; samples were read of {read}" + (f", and none of {without}" if without else ""),)
 
 
 def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream | None:
