@@ -18,6 +18,7 @@ from hnav.filters.ins_answers import READY, InsRun, InsSamples
 from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, interval_of, paired, refuse_other_clock, with_aids
 from hnav.filters.options import Options
+from hnav.filters.readiness import sigmas, smallest, why_never
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
@@ -47,6 +48,8 @@ class Outcome:
     rows: int = 0
     begin_s: float = np.nan
     ready_s: np.ndarray | None = None
+    reached: np.ndarray | None = None
+    """4: the smallest sigma of each of READY."""
     last: str = "no estimate"
     seconds: float = 0.0
 
@@ -54,7 +57,11 @@ class Outcome:
         """The next rows."""
         if not self.rows:
             self.begin_s, self.ready_s = float(run.t_s[0]), np.full(len(READY), np.nan)
-        assert self.ready_s is not None, "it is made with the first rows"
+            self.reached = np.full(len(READY), np.inf)
+        assert self.ready_s is not None and self.reached is not None, "they are made with the first rows"
+        self.reached = np.minimum(
+            self.reached, smallest(sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m))
+        )
         for i, flags in enumerate(run.ready.T):
             if np.isnan(self.ready_s[i]) and flags.any():
                 self.ready_s[i] = run.t_s[np.argmax(flags)] - self.begin_s
@@ -241,6 +248,12 @@ def summary(outcome: Outcome, run: NavigationRun, written: str) -> str:
     return f"{outcome.rows} rows to {written}; {run.us_per_sample:.2f} us/sample; {outcome.last}; ready: {', '.join(ready) or 'nothing'}; {counts}"
 
 
+def never(outcome: Outcome, run: NavigationRun, name: str) -> str:
+    """Why one of READY was never ready."""
+    assert outcome.reached is not None, "there were rows"
+    return why_never(name, float(outcome.reached[READY.index(name)]), run.options)
+
+
 def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
     """Warnings, one line each, with the remedy."""
     seen, lines = run.ins.diagnostics(), []
@@ -251,9 +264,13 @@ def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
             if seen.used["position"]
             else "no position of satellites was used"
         )
-        lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}")
+        tilt = "" if outcome.ready_s is None else f"; the tilt: {never(outcome, run, 'tilt')}"
+        lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}{tilt}")
     elif np.isnan(outcome.ready_s[1]):
-        lines.append("warning: the heading was never ready: it needs curves, or braking and gaining speed, with satellites")
+        why = never(outcome, run, "heading")
+        lines.append(
+            f"warning: the heading was never ready: {why}; it needs curves, or braking and gaining speed, with satellites"
+        )
     if seen.late:
         lines.append(f"warning: {seen.late} samples came too late: give a larger --set horizon_s=...")
     lines += [

@@ -5,14 +5,17 @@ for name, value in rows(summary(run)): print(name, value)
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
 from hnav.filters.attitude_answers import Run
+from hnav.filters.readiness import sigmas, smallest, why_never
 from hnav.native.arrays import Array
 
+NAMES = ("tilt", "heading")
 NIS_DIMENSIONS = {"hrekf": (3, 3), "ahrs": (2, 3)}
 """What the mean NIS of force and field is expected to be, by filter."""
 
@@ -41,6 +44,8 @@ class Summary:
     """3: standard deviation of that bias."""
     ready_s: Array
     """2: time from the first row until the tilt, and the heading, were first ready."""
+    never: Mapping[str, str]
+    """Of tilt and heading, if it was never ready: why."""
     ready_share: Array
     """2: share of the rows in which tilt, and heading, were ready."""
     nis: Array
@@ -67,10 +72,17 @@ def summary(run: Run) -> Summary:
         tilt_sigma_deg=float(np.hypot(sigma[0], sigma[1])), heading_sigma_deg=float(sigma[2]),
         bias_deg_s=there(run.gyro_bias_rad_s), bias_sigma_deg_s=there(run.gyro_bias_sigma_rad_s),
         ready_s=np.array([run.t_s[rows[0]] - run.t_s[0] if len(rows) else np.nan for rows in map(np.flatnonzero, run.ready.T)]),
+        never=_never(run),
         ready_share=_shares(run.ready, np.full((n, 2), True)),
         nis=np.array([np.mean(values[of]) if of.any() else np.nan for values, of in zip(nis.T, used.T)]),
         accepted_share=np.full(2, np.nan) if run.accepted is None else _shares(run.accepted, used),
     )  # fmt: skip
+
+
+def _never(run: Run) -> dict[str, str]:
+    """Why tilt and heading were never ready, if they were not."""
+    of_each = zip(NAMES, smallest(sigmas(run.sigma_rad)), run.ready.T)
+    return {name: why_never(name, float(sigma), run.options) for name, sigma, flags in of_each if not flags.any()}
 
 
 def _shares(marked: np.ndarray, among: np.ndarray) -> Array:
@@ -92,10 +104,10 @@ def rows(found: Summary) -> list[tuple[str, str]]:
     }
     if np.isnan(found.last_s):
         said = {"length": said["length"], "attitude": "none: the filter did not start"}
-    for i, name in enumerate(("tilt", "heading")):
+    for i, name in enumerate(NAMES):
         share = 100 * found.ready_share[i]
         ready = f"after {found.ready_s[i]:.3g} s, in {share:.3g} % of the rows"
-        said[f"{name} ready"] = ready if np.isfinite(found.ready_s[i]) else "never"
+        said[f"{name} ready"] = ready if name not in found.never else f"never: {found.never[name]}"
     for i, name in enumerate(("force", "field")):
         if np.isfinite(found.nis[i]):
             passed = found.accepted_share[i]
@@ -112,7 +124,7 @@ def in_one_line(run: Run) -> str:
     if np.isnan(found.last_s):
         return f"{size}, no attitude"
     roll, pitch, _ = found.euler_deg
-    ready = [name for name, share in zip(("tilt", "heading"), found.ready_share) if share > 0]
+    ready = [name for name, share in zip(NAMES, found.ready_share) if share > 0]
     return f"{size}, last roll {roll:.1f}, pitch {pitch:.1f}, heading {found.heading_deg:.1f} deg, ready: {', '.join(ready) or 'nothing'}"
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hnav import __version__
 from hnav.filters.ins_answers import READY, InsRun
+from hnav.filters.readiness import sigmas, smallest, why_never
 from hnav.io.aids import AidSamples
 from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
@@ -75,9 +76,11 @@ def facts(seen: View) -> list[tuple[str, str]]:
             f"{np.degrees(run.heading_rad[last]) % 360:.2f} deg, sigma {np.degrees(run.sigma_rotation_rad[last, 2]):.2f} deg",
         ),
     ]
-    for name, flags in zip(READY, run.ready.T):
+    reached = smallest(sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m))
+    for name, flags, sigma in zip(READY, run.ready.T, reached):
         rows = np.flatnonzero(flags)
-        ready = f"after {seen.t_s[rows[0]]:.3g} s, in {100 * flags.mean():.3g} % of the rows" if len(rows) else "never"
+        ready = f"after {seen.t_s[rows[0]]:.3g} s, in {100 * flags.mean():.3g} % of the rows" if len(rows) else "never: "
+        ready += "" if len(rows) else why_never(name, float(sigma), run.options)
         found.append((f"{name} ready", ready))
     if "position" in seen.aids:
         gaps = outages(seen.aids["position"].t_s, float(seen.t_s[-1]))
