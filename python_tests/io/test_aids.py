@@ -7,6 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
+import devices
 import recorded
 from hnav import read
 from hnav.filters.ins_recording import aids_of
@@ -15,7 +16,7 @@ from hnav.io.plausible_aids import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.aid_columns import aid_column
 from hnav.io.readers.pieces import long_table
-from hnav.io.recordings import RecordingError
+from hnav.io.recordings import Recording, RecordingError
 from motion import tilted_motion
 
 FIX_S = np.array([0.1, 0.3, 0.5])
@@ -285,3 +286,57 @@ def test_a_log_with_foreign_bytes_says_where_and_what_is_missing(tmp_path, motio
     path.write_bytes(whole[:first] + 5 * bytes(range(200, 217)))
     (said,) = damages(path)
     assert said.endswith("and none of vehicle_air_data") and re.search(r"samples were read of sensor_combined \d+", said)
+
+
+def datum_notes(aids):
+    return [one.code for one in check_aids(Recording("x", np.arange(2.0), np.zeros((2, 3)), np.zeros((2, 3)), aids=aids))]
+
+
+@pytest.mark.parametrize("name, above_sea", [
+    ("alt_m", False), ("hMSL", True), ("altitude (msl)", True), ("height_ellipsoid", False), ("Altitude WGS84 (m)", False),
+])  # fmt: skip
+def test_a_name_that_says_above_sea_level_is_noted(tmp_path, name, above_sea):
+    path = tmp_path / "fixes.csv"
+    path.write_text(f"t_s,lat_deg,lon_deg,{name}\n" + "".join(f"{t},45,7,100\n" for t in range(5)))
+    aids = read_aids(path)
+    assert aids["position"].above_sea == above_sea and datum_notes(aids) == ["datum"] * above_sea
+
+
+def test_the_height_above_the_ellipsoid_goes_first(tmp_path):
+    path = tmp_path / "fixes.csv"
+    path.write_text("t_s,lat_deg,lon_deg,hMSL,Altitude WGS84 (m)\n" + "".join(f"{t},45,7,100,147\n" for t in range(5)))
+    position = read_aids(path)["position"]
+    np.testing.assert_array_equal(position.values[:, 2], 147)
+    assert not position.above_sea
+
+
+@pytest.mark.parametrize("geoid, height, above_sea", [("47.0", 547.0, False), ("", 500.0, True)])
+def test_the_height_of_the_geoid_in_a_sentence_and_in_a_track_converts(tmp_path, geoid, height, above_sea):
+    sentence, track = tmp_path / "receiver.nmea", tmp_path / "track.gpx"
+    sentence.write_text("".join(nmea(f"GPGGA,12000{s}.00,4530.0,N,00700.0,E,1,08,1,500.0,M,{geoid},M,,") for s in range(3)))
+    inner = f"<geoidheight>{geoid}</geoidheight>" if geoid else ""
+    points = [f'<trkpt lat="45.5" lon="7"><ele>500</ele><time>2024-02-10T12:00:0{s}Z</time>{inner}</trkpt>' for s in range(3)]
+    track.write_text(f'<gpx version="1.1"><trk><trkseg>{"".join(points)}</trkseg></trk></gpx>')
+    for path in (sentence, track):
+        position = read_aids(path)["position"]
+        np.testing.assert_array_equal(position.values[:, 2], height)
+        assert position.above_sea == above_sea and datum_notes({"position": position}) == ["datum"] * above_sea
+
+
+@pytest.mark.parametrize("undulation, height", [(-47.5, 547.5), (0.0, 500.0)])
+def test_ardupilot_states_the_height_above_sea_less_that_above_the_ellipsoid(tmp_path, motion, undulation, height):
+    pytest.importorskip("pymavlink")
+    path = devices.ardupilot_text(tmp_path, motion)
+    lines = [
+        "FMT, 131, 50, GPS, QBBIHBLLffff, TimeUS,I,Status,GMS,GWk,NSats,Lat,Lng,Alt,Spd,GCrs,VZ",
+        "FMT, 132, 30, GPA, QBfffff, TimeUS,I,VDop,HAcc,VAcc,SAcc,Und",
+    ]
+    for i in range(1, 4):
+        lines.append(
+            f"GPS, {1_000_000 + 200_000 * i}, 0, 3, {381_600_000 + 200 * i}, 2399, 15, 48.1, 11.5, 500.0, 0.1, 90.0, 0.0"
+        )
+        lines.append(f"GPA, {1_000_000 + 200_000 * i}, 0, 1.2, 1.5, 2.5, 0.15, {undulation}")
+    path.write_text(path.read_text() + "\n".join(lines) + "\n")
+    position = read(path).aids["position"]
+    np.testing.assert_allclose(position.values[:, 2], height)
+    assert position.above_sea == (undulation == 0)

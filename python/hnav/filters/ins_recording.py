@@ -190,7 +190,7 @@ def joined(parts: Iterable[AidSamples]) -> AidSamples:
     parts = list(parts)
     received_s = None if all(one.received_s is None for one in parts) else np.concatenate([one.arrived_s for one in parts])
     t_s, values, sigma = (np.concatenate([getattr(one, name) for one in parts]) for name in ("t_s", "values", "sigma"))
-    return AidSamples(t_s, values, sigma, received_s)
+    return AidSamples(t_s, values, sigma, received_s, any(one.above_sea for one in parts))
 
 
 def _waiting(options: Options, aids: Mapping[str, AidSamples], interval_s: float) -> Options:

@@ -30,6 +30,8 @@ class AidSamples:
     """As values: standard deviations (position north, east, down, in m); NaN where the file states none."""
     received_s: np.ndarray | None = None
     """m, not decreasing: when each arrived; None: at t_s."""
+    above_sea: bool = False
+    """Of positions: the file states that some heights are above sea level, and not how high the geoid is there."""
 
     @property
     def arrived_s(self) -> np.ndarray:
@@ -39,7 +41,7 @@ class AidSamples:
     def rows(self, keep: np.ndarray) -> AidSamples:
         """The samples at these indices, or those with a true flag."""
         received_s = None if self.received_s is None else self.received_s[keep]
-        return AidSamples(self.t_s[keep], self.values[keep], self.sigma[keep], received_s)
+        return AidSamples(self.t_s[keep], self.values[keep], self.sigma[keep], received_s, self.above_sea)
 
     def without_repeats(self) -> AidSamples:
         """The samples that differ from their predecessor."""

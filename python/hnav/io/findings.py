@@ -35,7 +35,7 @@ class Finding:
     """error, warning or note."""
     code: str
     """no_samples, all_zero, constant, unit, gravity_removed, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
-    absent, contradiction, clock, damaged, short or not_testable."""
+    absent, contradiction, clock, damaged, datum, short or not_testable."""
     sensor: str
     """gyro, accel, mag, time or file; position, velocity or speed of the aids."""
     message: str

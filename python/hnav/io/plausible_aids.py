@@ -34,6 +34,9 @@ LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
 MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
 TURNS_TOGETHER, LATE_S, MORE_EXPLAINED = 0.93, 0.25, 0.01  # smaller delays are estimated by INS
 WILD_RAD = 0.5
+ABOVE_SEA = (
+    "its heights are above sea level, and count as above the ellipsoid: they are off by the height of the geoid, -107 to 86 m"
+)
 NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 
@@ -46,6 +49,8 @@ def check_aids(recording: Recording) -> list[Finding]:
         found += _against_acceleration(recording, velocity)
     if position is None:
         return found
+    if position.above_sea:
+        found.append(Finding("note", "datum", "position", ABOVE_SEA, advice="a column of heights above the ellipsoid goes first"))
     north_east_up = _metres(position)
     if velocity is not None:
         found += _against_velocity(position, north_east_up[:, :2], velocity)

@@ -37,7 +37,7 @@ _UNITS = {
 _NAMES = {
     "lat_deg": "lat latitude",
     "lon_deg": "lon lng long longitude",
-    "alt_m": "alt altitude height hgt ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele hmsl altitudemsl heightmsl altmsl",
+    "alt_m": "alt altitude height hgt altwgs84 altitudewgs84 heightwgs84 ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele hmsl altitudemsl heightmsl altmsl",
     "vn": "vn vnorth northv velocityn velocitynorth veln velnorth northvelocity speednorth northspeed vnorthing",
     "ve": "ve veast eastv velocitye velocityeast vele veleast eastvelocity speedeast eastspeed",
     "vd": "vd vdown downv velocityd velocitydown veld veldown downvelocity speeddown downspeed",
@@ -86,6 +86,9 @@ _ONLY_WITH_UNIT_OR_FILLER = {
     "press",
     "baro",
 }
+ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)
+ABOVE_ELLIPSOID = re.compile("wgs.?84|ellips", re.IGNORECASE)
+"""Names of heights that state what they are above."""
 _DATUMS = {"wgs84", "egm96", "msl", "ellipsoid"}
 """What brackets may hold beside a unit."""
 _SQUEEZED = str.maketrans(dict.fromkeys(' ^*_·"', "") | {"°": "deg", "²": "2", "⁻": "-", "¹": "1"})

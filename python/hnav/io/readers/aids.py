@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 import numpy as np
 
 from hnav.io.aids import AIDS, AidSamples
+from hnav.io.readers.aid_columns import ABOVE_SEA
 from hnav.io.readers.columns import Column
 from hnav.units import S_PER
 
@@ -41,7 +42,8 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
             continue
         sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
         sigma = np.where(sigma > 0, sigma, np.nan)
-        one = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s)
+        above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
+        one = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
         samples[kind] = one.rows(present(kind, one))
     return samples
 

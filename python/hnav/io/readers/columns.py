@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from hnav.io.readers.aid_columns import PER, ROLES, aid_column, aid_unit
+from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, PER, ROLES, aid_column, aid_unit
 from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
@@ -119,7 +119,8 @@ def _column_of(name: str, place: int, sensor: str | None) -> Column | None:
     tokens = [t.lower() for t in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", bare)]
     found = _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
     if found is None and (aid := aid_column(name)):
-        return Column(aid.role, name, place, aid.unit, rank=0 if aid.unit else 1, sign=aid.sign)
+        datum = 0 if aid.role != "alt_m" else -2 if ABOVE_ELLIPSOID.search(name) else 2 if ABOVE_SEA.search(name) else 0
+        return Column(aid.role, name, place, aid.unit, rank=datum + (0 if aid.unit else 1), sign=aid.sign)
     return found
 
 

@@ -82,12 +82,15 @@ def _satellites(rows: dict[str, list[dict[str, Any]]]) -> dict[str, AidSamples]:
     accuracy = {row["TimeUS"]: row for row in rows.get("GPA", ())}
     stated = [accuracy.get(row["TimeUS"], {}) for row in gps]
     t_s = 1e-6 * _column(gps, "TimeUS")
-    place = np.stack([np.radians(_column(gps, "Lat")), np.radians(_column(gps, "Lng")), _column(gps, "Alt")], axis=1)
+    undulation = _column(stated, "Und")  # height above sea less that above the ellipsoid; 0 where the receiver does not state it
+    above_sea = not (np.isfinite(undulation) & (undulation != 0)).all()
+    undulation = np.nan_to_num(undulation)
+    place = np.stack([np.radians(_column(gps, "Lat")), np.radians(_column(gps, "Lng")), _column(gps, "Alt") - undulation], axis=1)
     velocity = along(_column(gps, "Spd"), np.radians(_column(gps, "GCrs")))
     velocity[:, 2] = _column(gps, "VZ")
     spread = np.stack([_column(stated, name) for name in ("HAcc", "HAcc", "VAcc")], axis=1)
     rate_spread = np.stack([_column(stated, "SAcc")] * 3, axis=1)
-    found = {"position": AidSamples(t_s, place, spread), "velocity": AidSamples(t_s, velocity, rate_spread)}
+    found = {"position": AidSamples(t_s, place, spread, above_sea=above_sea), "velocity": AidSamples(t_s, velocity, rate_spread)}
     known = {kind: replace(one, sigma=np.where(one.sigma > 0, one.sigma, np.nan)) for kind, one in found.items()}
     return {kind: one.rows(present(kind, one)) for kind, one in known.items()}
 

@@ -77,6 +77,7 @@ class _Log:
     def __init__(self) -> None:
         self._midnight_s: float | None = None
         self._last_s = 0.0
+        self._above_sea = False  # a GGA without the height of the geoid
         self._sigmas: dict[float, tuple[float, float]] = {}
         self._places: list[tuple[float, ...]] = []  # time, logger's time, latitude, longitude, height, sigma h, sigma v
         self._velocities: list[tuple[float, ...]] = []  # time, logger's time, speed, course
@@ -86,6 +87,7 @@ class _Log:
             logged_s = float(logged) if logged else np.nan
             if kind == "GGA" and cells[5] not in ("", "0"):
                 height = _number(cells[8]) + (_number(cells[10]) if cells[10] else 0.0)
+                self._above_sea = self._above_sea or not cells[10]
                 spread = RANGE_ERROR_M * _number(cells[7])
                 self._places.append(
                     (
@@ -116,7 +118,9 @@ class _Log:
         if self._places:
             table = np.array(self._places)
             sigma = np.array([(h, h, v) for h, v in (self._sigmas.get(row[0], (row[5], row[6])) for row in self._places)])
-            found["position"] = AidSamples(self._times(table), table[:, 2:5], np.where(sigma > 0, sigma, np.nan))
+            found["position"] = AidSamples(
+                self._times(table), table[:, 2:5], np.where(sigma > 0, sigma, np.nan), above_sea=self._above_sea
+            )
         if self._velocities:
             table = np.array(self._velocities)
             velocity = along(table[:, 2], table[:, 3])

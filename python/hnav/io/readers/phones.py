@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.io.aids import AidSamples
+from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.packed import LARGEST_BYTES, NO_ZIP, ZIP_MAGIC
 from hnav.io.readers.streams import Raw, Stream, Wishes
@@ -74,11 +75,11 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
             notes += [*mended, *filter(None, [note])]
         elif sensor != "mag":
             raise RecordingError(f"{path}: has no file of the {sensor}: record it too ({', '.join(sorted(files))})")
-    aids, left_out = _aids(path, files, wishes)
+    aids, left_out = _aids(path, files, wishes, format)
     return Raw(format, streams, time_unit, (*notes, *left_out), aids=aids)
 
 
-def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[str, AidSamples], list[str]]:
+def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes, format: str) -> tuple[dict[str, AidSamples], list[str]]:
     """Samples of satellites and barometer, and notes on unreadable ones, which do not refuse the rest."""
     aids: dict[str, AidSamples] = {}
     left_out = []
@@ -87,7 +88,12 @@ def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[
             shown, alone = f"{path}, {stem}.csv", replace(wishes, only_aids=True)
             try:
                 table = parse(shown, files[stem], alone)
-                aids |= aids_in(table.columns, table.values, times_of(shown, table, alone, {})[0])
+                found = aids_in(table.columns, table.values, times_of(shown, table, alone, {})[0])
+                if format == "phyphox" and "position" in found and not ABOVE_ELLIPSOID.search(table.columns["alt_m"].name):
+                    found["position"] = replace(
+                        found["position"], above_sea=True
+                    )  # https://phyphox.org/wiki: corrected by the geoid
+                aids |= found
             except RecordingError as error:
                 left_out.append(f"left out: {error}")
     return aids, left_out

@@ -77,6 +77,7 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
                             float(element.get("lat", "nan")),
                             float(element.get("lon", "nan")),
                             float(fields.get("ele") or "nan"),
+                            float(fields.get("geoidheight") or "nan"),
                         )
                     )
                 element.clear()
@@ -86,5 +87,7 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
     if not rows:
         raise RecordingError(f"{path}: no point of a track with a time")
     table = np.array(rows)
-    one = AidSamples(table[:, 0], np.column_stack([np.radians(table[:, 1:3]), table[:, 3]]), np.full((len(table), 3), np.nan))
+    above_sea = not np.isfinite(table[:, 4]).all()
+    place = np.column_stack([np.radians(table[:, 1:3]), table[:, 3] + np.nan_to_num(table[:, 4])])
+    one = AidSamples(table[:, 0], place, np.full((len(table), 3), np.nan), above_sea=above_sea)
     return Raw("gpx", [], wishes.unit("time", by_format="s"), aids={"position": one.rows(present("position", one))}, names=())
