@@ -1,14 +1,16 @@
 """Positions, velocities and speeds that describe different tracks."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
 from hnav.io.aids import AidSamples
 from hnav.io.plausible_aids import check_aids
+from hnav.io.readers import read_aids
 from hnav.io.readers.aid_columns import PER
-from hnav.io.recordings import Recording
+from hnav.io.recordings import Recording, RecordingError
 from hnav.reference.earth import axes_at, place_of, position_of
 
 PLACE = np.array([0.84, 0.2, 300.0])
@@ -103,3 +105,46 @@ def test_fixes_that_are_stamped_late_are_said_with_the_delay(late_s):
     (finding,) = check_aids(turning_with_the_road(late_s))
     assert (finding.code, finding.argument) == ("clock", "fixes_late_s") and abs(float(finding.value) - late_s) < 0.1
     assert check_aids(turning_with_the_road(0.1)) == []
+
+
+@pytest.mark.parametrize("unit, factor", [("mm/s", 1000.0), ("km/h", 3.6)])
+def test_another_unit_of_the_vertical_velocity_alone_is_named(unit, factor):
+    recording = driven(climb_m_s=5.0)
+    (finding,) = check_aids(with_values(recording, "velocity", recording.aids["velocity"].values * [1, 1, factor]))
+    assert (finding.code, finding.sensor) == ("unit", "velocity") and f"looks like {unit}, which is" in finding.message
+    noisy = driven()  # on level ground: only how large it is shows
+    spoilt = noisy.aids["velocity"].values * [1, 1, 0] + np.outer(np.sin(np.arange(200) / 30), [0, 0, 100.0])
+    (finding,) = check_aids(with_values(noisy, "velocity", spoilt))
+    assert finding.code == "unit" and "the vertical velocity says" in finding.message
+    flat = noisy.aids["position"].values * [1, 1, 0] + [0, 0, 300.0]
+    assert check_aids(with_values(with_values(noisy, "velocity", spoilt), "position", flat)) == []
+
+
+def test_places_in_radians_are_named():
+    recording = driven()
+    (finding,) = check_aids(
+        with_values(recording, "position", np.radians(1.0) ** np.array([1, 1, 0]) * recording.aids["position"].values)
+    )
+    assert (finding.code, finding.sensor) == ("unit", "position") and "latitude and longitude look like rad" in finding.message
+    assert 'columns ROLE="NAME [rad]"' in finding.advice
+
+
+@pytest.mark.parametrize("factors, said", [
+    ([1e7, 1e7, 1], r"a latitude of 4\.\d+e\+08 deg, where 90 is the largest: this looks like 1e7deg"),
+    ([1, 1, 1e3], r"a height of 3\.\d+e\+05 m, where 100000 is the largest: this looks like mm"),
+    ([2, 1, 1], r"a latitude of 96\.\d+ deg, .* latitude and longitude may be exchanged"),
+])  # fmt: skip
+def test_places_that_are_none_are_named(factors, said):
+    recording = driven()
+    (finding,) = check_aids(with_values(recording, "position", recording.aids["position"].values * factors))
+    assert re.match(said, finding.message) and finding.certain
+
+
+@pytest.mark.parametrize("given, factor", [("speed N [km/h]", 1 / 3.6), ("-speed N [kn]", -1852 / 3600), ("speed N", 1.0)])
+def test_a_unit_may_stand_behind_the_name_of_a_column(tmp_path, given, factor):
+    path = tmp_path / "fixes.csv"
+    path.write_text("t_s,speed N,ve\n" + "".join(f"{t},7.2,0\n" for t in range(5)))
+    velocity = read_aids(path, columns={"vn": given})["velocity"]
+    np.testing.assert_allclose(velocity.values[:, 0], 7.2 * factor)
+    with pytest.raises(RecordingError, match=r"columns vn=speed N \[kg\]: .* cannot have this unit"):
+        read_aids(path, columns={"vn": "speed N [kg]"})

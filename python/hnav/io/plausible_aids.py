@@ -37,6 +37,10 @@ WILD_RAD = 0.5
 ABOVE_SEA = (
     "its heights are above sea level, and count as above the ellipsoid: they are off by the height of the geoid, -107 to 86 m"
 )
+LEAST_OF_RANGE = 1e-3  # of the largest place, which a place in the right unit exceeds
+HIGHEST_M = 1e5  # no atmosphere, and no receiver without a licence
+FASTEST_CLIMB_M, NO_CLIMB = 200.0, 0.03  # rms in 10 s, of which a height shows no more: the velocity has another unit
+DEGREES, IN_RADIANS = float(np.degrees(1)), "latitude and longitude look like rad"
 NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 
@@ -49,12 +53,16 @@ def check_aids(recording: Recording) -> list[Finding]:
         found += _against_acceleration(recording, velocity)
     if position is None:
         return found
+    if out_of_range := [*_out_of_range(position)]:
+        return found + out_of_range
     if position.above_sea:
         found.append(Finding("note", "datum", "position", ABOVE_SEA, advice="a column of heights above the ellipsoid goes first"))
     north_east_up = _metres(position)
     if velocity is not None:
-        found += _against_velocity(position, north_east_up[:, :2], velocity)
-        found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
+        of_track = [*_against_velocity(position, north_east_up[:, :2], velocity)]
+        found += of_track
+        if "unit" not in {finding.code for finding in of_track}:
+            found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
     if speed is not None:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
@@ -78,6 +86,32 @@ def _repeated(recording: Recording) -> Iterator[Finding]:
         if share > REPEATED:
             shown = f"{100 * share:.0f} % of the rows repeat the fix before: each would count as a new one"
             yield warning("repeated", kind, shown, "drop_repeats", "yes")
+
+
+def _out_of_range(position: AidSamples) -> Iterator[Finding]:
+    """Places that are none."""
+    degrees, height_m = np.degrees(position.values[:, :2]), position.values[:, 2:]
+    for name, values, quantity, largest in (
+        ("latitude", degrees[:, 0], "angle", 90.0),
+        ("longitude", degrees[:, 1], "angle", 360.0),
+        ("height", height_m, "length", HIGHEST_M),
+    ):
+        size = float(np.nanmax(np.abs(values), initial=0.0))
+        if size > largest:
+            units = [
+                unit
+                for unit, factor in PER[quantity].items()
+                if factor < 0.1 and LEAST_OF_RANGE * largest <= size * factor <= largest
+            ]
+            looks = f"this looks like {units[0]}" if units else "latitude and longitude may be exchanged"
+            shown = f"a {name} of {size:.5g} {next(iter(PER[quantity]))}, where {largest:g} is the largest: {looks}"
+            yield warning("unit", "position", shown, advice=_say_unit(units[0] if units else ""), certain=True)
+            return
+
+
+def _say_unit(unit: str) -> str:
+    """How a unit is given."""
+    return f'say it behind the name, columns ROLE="NAME [{unit}]", or in the header' if unit else "see the columns, and the unit"
 
 
 def _metres(position: AidSamples) -> np.ndarray:
@@ -115,11 +149,18 @@ def _difference(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def _unit(scale: float) -> str:
-    """In words, the unit that velocities in m/s seem to have; scale: displacement to travelled."""
+    """The unit that velocities in m/s seem to have, or nothing; scale: displacement to travelled."""
     for name, factor in PER["velocity"].items():
         if name != "m/s" and 1 / NEAR_UNIT < scale / factor < NEAR_UNIT:
-            return f"this looks like {name}, which the name of the column can say"
-    return "see the unit"
+            return name
+    return ""
+
+
+def _other_scale(sensor: str, shown: str, scale: float) -> Finding:
+    """That velocities or speeds have another unit; scale: displacement to travelled."""
+    unit = _unit(scale)
+    looks = f"this looks like {unit}, which is {PER['velocity'][unit]:.4g} m/s" if unit else f"a factor of {scale:.3g}"
+    return warning("unit", sensor, f"{shown}: {looks}", advice=_say_unit(unit), certain=True)
 
 
 def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: AidSamples) -> Iterator[Finding]:
@@ -129,10 +170,13 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
     D, T = there @ [1, 1j], travelled @ [1, 1j]
     if max(_rms(D), _rms(T)) < LEAST_WAY_M or _difference(D, T) < DIFFERENT:
         return
-    exchanged = replace(position, values=position.values[:, [1, 0, 2]])
-    turned = _windows(position.t_s, _metres(exchanged)[:, :2], velocity, velocity.values[:, :2])[0] @ [1, 1j]
+    exchanged, radians = (
+        _windows(position.t_s, _metres(replace(position, values=values))[:, :2], velocity, velocity.values[:, :2])[0] @ [1, 1j]
+        for values in (position.values[:, [1, 0, 2]], position.values * [DEGREES, DEGREES, 1.0])
+    )
     fits = {
-        "latitude and longitude look exchanged": _difference(turned, T),
+        "latitude and longitude look exchanged": _difference(exchanged, T),
+        IN_RADIANS: _difference(radians, T),
         "north and east look exchanged": _difference(D, 1j * T.conj()),
         "east looks negated": _difference(D, T.conj()),
         "north looks negated": _difference(D, -T.conj()),
@@ -141,12 +185,14 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
     best = min(fits, key=lambda name: fits[name])
     coherence, scale = abs(np.vdot(T, D)) / max(len(D) * _rms(D) * _rms(T), 1e-9), _rms(D) / max(_rms(T), 1e-9)
     shown = f"over 10 s the positions move by {_rms(D):.3g} m, the velocities by {_rms(T):.3g} m (rms)"
-    if fits[best] < EQUAL:
+    if fits[best] < EQUAL and best == IN_RADIANS:
+        yield warning("unit", "position", f"{shown}: {best}", advice=_say_unit("rad"), certain=True)
+    elif fits[best] < EQUAL:
         yield warning(
             "axes", "velocity", f"the velocities contradict the positions: {best}", advice="see the columns", certain=True
         )
     elif coherence > COHERENT and not 1 / SAME_SCALE < scale < SAME_SCALE:
-        yield warning("unit", "velocity", f"{shown}: {_unit(scale)}", certain=True)
+        yield _other_scale("velocity", shown, scale)
     elif coherence < CONTRADICTING:
         yield warning(
             "contradiction", "velocity", f"{shown}, in unrelated directions", advice="see the columns, and the clocks of both"
@@ -154,11 +200,19 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
 
 
 def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Iterator[Finding]:
-    """The sign of the vertical velocity, where height changes enough."""
+    """Sign and unit of the vertical velocity, where either says that the height changes enough."""
     there, travelled = _windows(t_s, up, velocity, -velocity.values[:, 2:])
-    if len(there) < FEWEST_WINDOWS or _rms(there) < LEAST_WAY_M:
+    if len(there) < FEWEST_WINDOWS or not there.any():  # a rough constant may stand for a height
         return
-    if np.vdot(travelled, there) < -COHERENT * len(there) * _rms(there) * _rms(travelled):
+    up_m, travelled_m = _rms(there), _rms(travelled)
+    if max(up_m, travelled_m) < LEAST_WAY_M or _difference(there, travelled) < DIFFERENT:
+        return
+    coherence = float(np.vdot(travelled, there)) / max(len(there) * up_m * travelled_m, 1e-9)
+    same = 1 / SAME_SCALE < up_m / max(travelled_m, 1e-9) < SAME_SCALE
+    if (coherence > COHERENT and not same) or (travelled_m > FASTEST_CLIMB_M and up_m < NO_CLIMB * travelled_m):
+        shown = f"over 10 s the height changes by {up_m:.3g} m, the vertical velocity says {travelled_m:.3g} m (rms)"
+        yield _other_scale("velocity", shown, up_m / travelled_m)
+    elif coherence < -COHERENT:
         yield warning(
             "sign",
             "velocity",
@@ -246,4 +300,4 @@ def _against_speed(t_s: np.ndarray, north_east_up: np.ndarray, speed: AidSamples
     scale = float(np.median(moved[far] / np.maximum(travelled[far, 0], 1e-9)))
     if not 1 / SAME_SCALE < scale < SAME_SCALE:
         shown = f"over 10 s the positions move by {np.median(moved[far]):.3g} m, the speed by {np.median(travelled[far, 0]):.3g} m (median)"
-        yield warning("unit", "speed", f"{shown}: {_unit(scale)}", certain=True)
+        yield _other_scale("speed", shown, scale)

@@ -23,7 +23,7 @@ PER = {
 """Units of each quantity as factors to the first, which is assumed unless the name states another."""
 
 _SPELLED = {
-    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7"},
+    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7 1e7deg"},
     "length": {"m": "m meter meters metre metres", "mm": "mm", "cm": "cm", "km": "km", "ft": "ft feet"},
     "velocity": {"m/s": "m/s ms mps mpersec ms-1", "mm/s": "mm/s mms", "cm/s": "cm/s cms", "km/h": "km/h kmh kph kmph",
                  "kn": "kn kt kts knot knots", "mph": "mph"},

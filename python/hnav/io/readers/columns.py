@@ -314,6 +314,19 @@ def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:
     return [name.removeprefix(words.group()) for name in names] if words else names
 
 
+_UNIT_BEHIND = re.compile(r"(.*\S)\s*\[([^\[\]]+)\]")
+"""What the caller adds to a name: vn="speed N [km/h]"."""
+
+
+def _with_unit_given(column: Column, text: str, shown: str) -> Column:
+    """The column in a unit that the caller states behind its name. Raises RecordingError."""
+    quantity = ROLES[column.role] if column.aids else QUANTITY_OF[column.role[0]]
+    unit = aid_unit(quantity, text) if column.aids else spelled_unit(quantity, text)
+    if unit is None:
+        raise RecordingError(f"columns {column.role}={column.name.strip()} [{text}]: {shown} cannot have this unit", "columns")
+    return replace(column, unit=unit, strange="")
+
+
 def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
     """The column that the caller has assigned. Raises RecordingError."""
     stripped = [n.strip().strip('"').lstrip("#% ") for n in names]
@@ -329,6 +342,8 @@ def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
                 same = column is not None and column.role[0] == role[0]
                 unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])
                 return Column(role, names[i], i, unit, sign=sign)
+    if behind := _UNIT_BEHIND.fullmatch(name.strip()):
+        return _with_unit_given(_named(names, role, behind.group(1), shown), behind.group(2), shown)
     if (place := name.strip().lstrip("-")).isdigit() and 1 <= int(place) <= len(names):
         minus = name.strip().removesuffix(place)
         return _named(names, role, f"{minus}{stripped[int(place) - 1]}", shown)
