@@ -23,7 +23,8 @@ void Smoother::go_back(const Way& way, const Target* target) {
                 target = nullptr;
                 write_rows(nodes, now, later, &rows);
                 later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};
-                const double filtered2 = node.state.P[packed(row_phi + 2, row_phi + 2)], smoothed2 = now.P[row_phi + 2][row_phi + 2];
+                const double filtered2 = node.state.P[packed(row_phi + 2, row_phi + 2)],
+                             smoothed2 = now.P[row_phi + 2][row_phi + 2];
                 const bool wide = filtered2 > std::fmax(square(linear_rad), square(sharper) * smoothed2);
                 if (!state_given(way.model.options()) && (!linked || (wide && !tried))) {
                     covered = go_back_before(Node(node), now, piece);

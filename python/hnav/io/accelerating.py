@@ -57,12 +57,10 @@ class Following:
         negated, way = int(alike[0, 0]), int(alike[0, 1])
         if negated and HANDED[way] > 0:
             return {"gyro": axes_text(-WAYS[way].T)}
-        mirror = np.diag(
-            [1.0, -1.0, 1.0]
-        )  # of both alike any may be the wrong axis: z, which is up or down in most bodies, stays
-        return (
-            {"gyro": axes_text(mirror), "accel": axes_text(-mirror @ WAYS[way])} if negated else {"accel": axes_text(WAYS[way])}
-        )
+        if not negated:
+            return {"accel": axes_text(WAYS[way])}
+        mirror = np.diag([1.0, -1.0, 1.0])  # any axis of both may be the wrong one: z, which is up or down in most bodies, stays
+        return {"gyro": axes_text(mirror), "accel": axes_text(-mirror @ WAYS[way])}
 
 
 def following_of(gyro: Samples, force: Samples, velocity: AidSamples) -> Following | None:
@@ -94,9 +92,8 @@ def _error_without_bias(gyro: Samples, force: Samples, kept: np.ndarray, changes
         return float(_errors(held[1][kept], changes, np.eye(3)[None])[0])
 
     start = np.vstack([np.zeros(3), LARGEST_BIAS_RAD_S * np.eye(3)])
-    return float(
-        minimize(error, np.zeros(3), method="Nelder-Mead", options={"initial_simplex": start, "maxfev": BIASES_TRIED}).fun
-    )
+    found = minimize(error, np.zeros(3), method="Nelder-Mead", options={"initial_simplex": start, "maxfev": BIASES_TRIED})
+    return float(found.fun)
 
 
 def _whole(edges_s: np.ndarray, *clocks_s: np.ndarray) -> np.ndarray:
