@@ -105,8 +105,9 @@ inline hnav_status queued(const EveryObject* f, Outcome outcome, const char* wha
     switch (outcome) {
     case Outcome::ok: return HNAV_OK;
     case Outcome::late:
-        return f->fail(HNAV_ERROR_LATE_SAMPLE, "%s sample at t = %.9g s is late: samples before %.9g s are closed", what, t_s,
-                       late_limit_s);
+        return f->fail(HNAV_ERROR_LATE_SAMPLE,
+                       "%s sample at t = %.9g s is late: samples before %.9g s are closed, a longer horizon_s admits them", what,
+                       t_s, late_limit_s);
     default:
         return f->fail(HNAV_ERROR_QUEUE_FULL,
                        "the queue is full: advance before pushing the %s sample at t = %.9g s, or raise queue_capacity", what,

@@ -89,7 +89,8 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_sparse_ = said_mistaken_ = said_implausible_ = refusal_logged_ = judged_ = false;
+    said_lost_ = said_sparse_ = said_mistaken_ = said_implausible_ = judged_ = false;
+    for (bool& said : said_refused_) said = false;
     touched_ = true;
     stale_ = ~0u;
     time_s_ = start_s_ = 0;
@@ -278,10 +279,11 @@ void Instance::say_what_was_lost(double apart_s) {
             "the counter marks samples from now on: set sampling_mode = counter",
             by);
     }
-    if (const char* why = refusal_logged_ ? nullptr : model_->refused()) {
-        refusal_logged_ = true;
-        fail("warning: %s; such samples are not used", why);
-    }
+    for (const Refusal by : {of_value, of_time})
+        if (const char* why = said_refused_[by] ? nullptr : model_->refused(by)) {
+            said_refused_[by] = true;
+            fail("warning: %s; such samples are not used", why);
+        }
     if (const char* why = said_implausible_ ? nullptr : model_->implausible()) {
         said_implausible_ = true;
         fail("warning: %s", why);

@@ -59,10 +59,10 @@ public:
     void clear() final {
         Calls::destroy(object_);
         object_ = nullptr;
-        refused_.text[0] = '\0';
+        for (Message& why : refused_) why.text[0] = '\0';
     }
 
-    const char* refused() const final { return refused_.text[0] != '\0' ? refused_.text : nullptr; }
+    const char* refused(Refusal by) const final { return refused_[by].text[0] != '\0' ? refused_[by].text : nullptr; }
 
 protected:
     ~LibraryModel() override { Calls::destroy(object_); }
@@ -94,16 +94,18 @@ protected:
         return status == HNAV_OK;
     }
 
-    // Keeps the reason of the first refused value.
+    // Keeps the reason of the first refused value and of the first late one.
     void note_refusal(hnav_status status) {
-        if (status == HNAV_ERROR_OUT_OF_RANGE && refused_.text[0] == '\0') done(status, &refused_);
+        if (status != HNAV_ERROR_OUT_OF_RANGE && status != HNAV_ERROR_LATE_SAMPLE) return;
+        Message& why = refused_[status == HNAV_ERROR_LATE_SAMPLE ? of_time : of_value];
+        if (why.text[0] == '\0') done(status, &why);
     }
 
     typename Calls::Object* object_ = nullptr;
     Memory memory_{};
 
 private:
-    Message refused_{};
+    Message refused_[refusals]{};
 };
 
 } // namespace hnav::fmu

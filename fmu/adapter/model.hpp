@@ -23,6 +23,9 @@ struct Lost {
     bool sparse = false, unstamped = false;
 };
 
+// Why a sample is refused: by its value, such as a latitude in degrees, or by its time.
+enum Refusal { of_value, of_time, refusals };
+
 // Of the default experiment.
 struct Experiment {
     double step_s, stop_s;
@@ -105,8 +108,8 @@ public:
     virtual Lost lost() const { return {}; }
     // The first counter that changed after samples had been taken at the period of its sensor; null if there is none.
     virtual const char* mistaken() const { return nullptr; }
-    // Why the first sample with an impossible value was refused, such as a latitude in degrees; null if none was.
-    virtual const char* refused() const { return nullptr; }
+    // Why the first sample of a kind was refused; null if none was.
+    virtual const char* refused(Refusal) const { return nullptr; }
     // Why the samples seem to have another unit than declared; null if they do not.
     virtual const char* implausible() const { return nullptr; }
     // Writes a finding about the run so far into what, if there is one; false if it is too early to decide.

@@ -253,6 +253,18 @@ def test_in_model_exchange_late_fixes_are_waited_for_too_and_the_filter_integrat
 
 
 @versions
+def test_late_fixes_that_are_refused_are_logged_once_with_the_cure(drive, version):
+    samples, _ = drive
+    with opened(version) as fmu:
+        fmu.initialise(float(samples.t_s[0]))
+        for k in range(600):
+            set_samples(fmu, drive, k, late_rows=20)
+            fmu.do_step(float(samples.t_s[k]), float(samples.t_s[k + 1] - samples.t_s[k]))
+        assert fmu.get("count.late") > 10 and fmu.get("count.gnss_used") == 0
+        assert len(fmu.messages) == 1 and "is late" in fmu.messages[0] and "horizon_s" in fmu.messages[0]
+
+
+@versions
 def test_a_reset_in_model_exchange_brings_the_importers_states_back(drive, version):
     with opened(version, exchange=True) as fmu:
         for k, at_event in exchanged(fmu, drive, 702):

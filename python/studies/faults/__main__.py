@@ -46,7 +46,9 @@ def command(
     kinds: Annotated[str, typer.Option(help="of bodies, for ins; without a folder of the flight without it")] = ",".join(BODIES),
     only: Annotated[str | None, typer.Option(metavar="NAMES", help="of studies.ins.faults.FAULTS, for ins: these")] = None,
     flight: Annotated[Path | None, typer.Option(metavar="FOLDER", envvar="HNAV_FLIGHT", help="the recorded flight")] = None,
-    smooth: Annotated[bool, typer.Option("--smooth", help="for ins: the smoother beside the filter")] = False,
+    smooth: Annotated[
+        bool, typer.Option("--smooth", help="for ins: the smoother beside the filter, of simulated bodies")
+    ] = False,
     seed: Seed = 1,
 ) -> None:
     """Measures how long faults of sensors and time stamps leave an estimate wrong, and whether the filter reports it."""
@@ -54,8 +56,11 @@ def command(
         of_bodies, names = kinds.split(","), only.split(",") if only else list(navigating.FAULTS)
         check_choices("--kinds", of_bodies, BODIES)
         check_choices("--only", names, navigating.FAULTS)
-        there = [kind for kind in of_bodies if kind != navigating.FLIGHT or flight is not None]
-        show((hindsight_table if smooth else fault_table)(there, names, seeds, seed, workers, flight), width=220)
+        simulated = [kind for kind in of_bodies if kind != navigating.FLIGHT]
+        if smooth:
+            show(hindsight_table(simulated, names, seeds, seed, workers), width=220)
+        else:
+            show(fault_table(of_bodies if flight else simulated, names, seeds, seed, workers, flight), width=220)
         return
     check_choices("--part", [part], PARTS)
     if part == "recordings" and folder is None:

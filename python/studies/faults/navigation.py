@@ -27,17 +27,15 @@ def fault_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: i
     return out
 
 
-def hindsight_table(
-    kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int, folder: Path | None
-) -> Table:
-    """As fault_table: root mean squares of filter and smoother over the rows that both know, and how often each is ready and wrong."""
+def hindsight_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int) -> Table:
+    """Of simulated bodies: root mean squares of filter and smoother over the rows that both know, and how often each is ready and wrong."""
     out = titled_table(
         f"ins, {starts} starts each, seed {seed}: rms of filter > smoother; lies: share of all rows",
         "body | fault",
         " | ".join(f"{what}: rms | lies" for what in FLAGS),
     )
     for kind in kinds:
-        found = list(tracked(hindsights(kind, names, starts, seed, workers, folder), kind, starts))
+        found = list(tracked(hindsights(kind, names, starts, seed, workers), kind, starts))
         for i, name in enumerate(names):
             cells = []
             for what in FLAGS:

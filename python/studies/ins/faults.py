@@ -319,12 +319,8 @@ def flown(folder: Path, part: float) -> Drive:
     )
 
 
-def _drive(kind: str, folder: Path | None, start: float) -> Drive:
-    return flown(folder, start) if kind == FLIGHT and folder is not None else simulated(kind, int(start))
-
-
 def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[Outcome]:
-    drive = _drive(kind, folder, start)
+    drive = flown(folder, start) if kind == FLIGHT and folder is not None else simulated(kind, int(start))
     return [_with_fault(kind, drive, name) for name in names]
 
 
@@ -386,11 +382,10 @@ def outcomes(
     kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
 ) -> Iterator[list[Outcome]]:
     """For each start, in their order, the faults of these names in FAULTS. folder: of the recorded flight, for the kind FLIGHT."""
-    return in_order(partial(_judged, kind, tuple(names), folder), _starts(kind, runs, seed), workers)
-
-
-def _starts(kind: str, runs: int, seed: int) -> Sequence[float]:
-    return [float(part) for part in np.linspace(0, 1, runs)] if kind == FLIGHT else starts_of(seed, runs)
+    starts: Sequence[float] = starts_of(seed, runs)
+    if kind == FLIGHT:
+        starts = [float(part) for part in np.linspace(0, 1, runs)]
+    return in_order(partial(_judged, kind, tuple(names), folder), starts, workers)
 
 
 # --------------------------------------------------------------------------------------------- hindsight
@@ -420,13 +415,11 @@ def in_hindsight(drive: Drive, name: str) -> InHindsight:
     return InHindsight(rms, {what: (shares[0][what], shares[1][what]) for what in FLAGS})
 
 
-def hindsights(
-    kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
-) -> Iterator[list[InHindsight]]:
-    """As outcomes."""
-    return in_order(partial(_in_hindsight, kind, tuple(names), folder), _starts(kind, runs, seed), workers)
+def hindsights(kind: str, names: Sequence[str], runs: int, seed: int, workers: int) -> Iterator[list[InHindsight]]:
+    """For each start of a simulated body, in their order, the faults of these names in FAULTS."""
+    return in_order(partial(_in_hindsight, kind, tuple(names)), starts_of(seed, runs), workers)
 
 
-def _in_hindsight(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[InHindsight]:
-    drive = _drive(kind, folder, start)
+def _in_hindsight(kind: str, names: Sequence[str], start: int) -> list[InHindsight]:
+    drive = simulated(kind, start)
     return [in_hindsight(drive, name) for name in names]
