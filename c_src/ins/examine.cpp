@@ -43,7 +43,7 @@ void Model::note_stale(State& s, const Event& event, bool elsewhere) {
     }
     const bool stands = !equal[0] || vec(s.fix[0]).head<2>().isZero(0);
     if (elsewhere) note_refusal(s, position, true, event.t_s);
-    else if (s.phase != Phase::navigating || (stands && !has_gone(s, event.t_s))) return;
+    else if (stands && (s.phase != Phase::navigating || !has_gone(s, event.t_s))) return;
     s.rejected |= std::uint64_t{1} << position;
     if (equal[0]) s.rejected |= std::uint64_t{1} << velocity;
 }

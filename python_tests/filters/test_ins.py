@@ -595,3 +595,22 @@ def test_starts_of_the_recorded_flight_are_right_and_none_is_called_ready_falsel
     assert flight.late_s == pytest.approx(0.02)
     assert not any(start.is_false for start in starts)
     assert sum(np.isfinite(start.ready_s) for start in starts) >= 9
+
+
+@pytest.mark.parametrize("kind", ["aircraft", "walker"])
+def test_fixes_that_are_repeated_are_no_more_fixes(kind):
+    """A receiver's outputs that are held until the next fix, from the first one on. Taken as fixes they made the velocity of the aircraft
+    48 m/s wrong, and found other phases."""
+    samples, _ = vehicle(kind, "consumer", 11, 60.0)
+    valid, _, sensor, value = samples.aids.arrays()
+    every_s = float(np.median(np.diff(np.unique(valid)))) / 5
+    times = np.concatenate([valid + every_s * k for k in range(5)])
+    order = np.argsort(times, kind="stable")
+    order = order[times[order] <= samples.t_s[-1]]
+    repeated = fixes(times[order], np.tile(sensor, 5)[order], np.tile(value, (5, 1))[order])
+    arrays = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2
+    plain, held = (hnav.Ins("consumer", solver="closed_form").run(*arrays, aids) for aids in (samples.aids, repeated))
+    known = np.isfinite(plain.q_nb[:, 0])
+    assert (held.phase == plain.phase).all()
+    assert np.abs(held.velocity_n_m_s - plain.velocity_n_m_s)[known].max() < 0.1
+    assert (held.sigma_velocity_m_s / plain.sigma_velocity_m_s)[known].min() > 0.95
