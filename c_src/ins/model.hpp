@@ -220,6 +220,8 @@ private:
     static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;
     static bool judges_velocity(const State& s, double now_s);
+    void enlarge(Covariance& P, int row, int count, double factor, double largest) const;
+    void admit_wrong_tilt(State& s, Covariance& P, double now_s) const;
     void inflate_inconsistent(State& s, Covariance& P, double now_s) const;
     static void judge_velocity(State& s, const Event& event);
     bool recovers(const State& s) const;

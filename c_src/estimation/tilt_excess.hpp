@@ -1,4 +1,4 @@
-// Tests the stated sigma of the tilt by its corrections.
+// Tests the stated sigma of the tilt by its corrections. For the AHRS, and the INS while it searches the heading.
 //
 // In a filter whose models are valid the corrections are white, and the covariance of each is what it takes out of P (Mehra 1970). So
 // their sum over a time has a known variance. An acceleration that lasts longer than the filter allows for turns the horizon by many
