@@ -188,22 +188,36 @@ TEST(InsCovariance, ForceNoiseSpreadsPositionAndVelocityLikeTheIntegralsOfWhiteN
 
 // ------------------------------------------------------------------------------------------------ the record of corrections
 
-TEST(InsRecord, OfACorrectionIsWhatTheSmootherNeedsToUndoIt) {
+// A filter with a fix in every 20th event of 0.01 s, and the record of its last correction.
+struct Recorded {
     const Truth truth = winding(town, 1);
-    ins::Model model(usual());
+    ins::Model model{usual()};
     ins::Step step;
-    model.record_corrections(&step);
-    ins::State s = started_at(model, truth, 0);
-    for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i < ins::row_phi ? 1 : 1e-4;
-    for (int k = 1; k <= 40; ++k) {
-        const double t = 0.01 * k;
-        const bool fix = k % 20 == 0;
-        const ins::Event e = truth.at(t, fix);
+    ins::State s;
+
+    Recorded() {
+        model.record_corrections(&step);
+        s = started_at(model, truth, 0);
+        for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i < ins::row_phi ? 1 : 1e-4;
+    }
+
+    // Event k, from 1 on; the state before its samples.
+    ins::State pass(int k) {
+        const ins::Event e = truth.at(0.01 * k, k % 20 == 0);
         model.before_flow(s, e);
         model.flow_exactly(s, 0.01);
         const ins::State before = s;
         model.jump(s, e);
-        if (!fix) continue;
+        return before;
+    }
+};
+
+TEST(InsRecord, OfACorrectionIsWhatTheSmootherNeedsToUndoIt) {
+    Recorded run;
+    const auto& [truth, model, step, s] = run;
+    for (int k = 1; k <= 40; ++k) {
+        const ins::State before = run.pass(k);
+        if (k % 20 != 0) continue;
         // What is recorded lies between the covariance before and that afterwards.
         const ins::Covariance predicted = model.covariance_at(before, 0);
         for (int i = 0; i < 6; ++i) {
@@ -217,21 +231,12 @@ TEST(InsRecord, OfACorrectionIsWhatTheSmootherNeedsToUndoIt) {
 // An inconsistency shows the predicted errors to be larger than their sigmas: seen from later errors that are as much larger, the
 // earlier ones are the same, and their sigmas as much larger.
 TEST(InsRecord, AnInconsistencyWidensTheSigmasBeforeItAndNotTheErrors) {
-    const Truth truth = winding(town, 1);
-    ins::Model model(usual());
-    ins::Step step;
-    model.record_corrections(&step);
-    ins::State s = started_at(model, truth, 0);
-    for (int i = 0; i < ins::row_u; ++i) s.P[ins::packed(i, i)] = i < ins::row_phi ? 1 : 1e-4;
-    const ins::Hindsight filtered{{}, ins::Covariance::of(s)};
-    for (int k = 1; k <= 20; ++k) {
-        const ins::Event e = truth.at(0.01 * k, k == 20);
-        model.before_flow(s, e);
-        model.flow_exactly(s, 0.01);
-        model.jump(s, e);
-    }
+    Recorded run;
+    ins::Step& step = run.step;
+    const ins::Hindsight filtered{{}, ins::Covariance::of(run.s)};
+    for (int k = 1; k <= 20; ++k) run.pass(k);
     test::Random random(4);
-    ins::Hindsight after{{}, ins::Covariance::of(s)}, plain = filtered;
+    ins::Hindsight after{{}, ins::Covariance::of(run.s)}, plain = filtered;
     for (int i = 0; i < after.P.n; ++i) after.error[i] = random.normal(std::sqrt(after.P[i][i]));
     ASSERT_TRUE(ins::step_back(step, after, &plain));
     for (const int row : std::initializer_list<int>{ins::row_v, ins::row_phi + 1, ins::row_gyro, ins::row_accel + 2}) {

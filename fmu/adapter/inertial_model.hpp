@@ -37,14 +37,14 @@ protected:
     template <int sensors>
     bool begins_to_count(const SensorRows (&rows)[sensors], const double* values) {
         const bool mistaken = memory_.sampled.begins_to_count(rows, values);
-        const bool counts = memory_.reads_instants != 0 && memory_.sampled.clock[gyro].counts(values[rows[gyro].sample]);
-        Message why;
-        return ((counts && exchange(0, &why)) || mistaken) && this->restart();
+        return (takes_means(values[rows[gyro].sample]) || mistaken) && this->restart();
     }
 
     // The options of an object are no part of its state.
-    bool fit(const Memory& memory, Message* why) final {
-        return memory.reads_instants == memory_.reads_instants || exchange(memory.reads_instants, why);
+    bool make_other(const Memory& memory, hnav_filter** other, Message* why) const final {
+        if (memory.reads_instants == memory_.reads_instants) return true;
+        const Options made = options_for(memory.reads_instants);
+        return create(other, &made, why->text, sizeof why->text) == HNAV_OK;
     }
 
 private:
@@ -54,10 +54,16 @@ private:
         return made;
     }
 
-    bool exchange(double reads_instants, Message* why) {
-        const Options made = options_for(reads_instants);
-        if (!this->remake(why, create, &made)) return false;
-        memory_.reads_instants = reads_instants;
+    // True once: a counter marks the samples of the gyroscope, which are means, and the object is exchanged.
+    bool takes_means(double count) {
+        if (memory_.reads_instants == 0 || !memory_.sampled.clock[gyro].counts(count)) return false;
+        Memory of_means = memory_;
+        of_means.reads_instants = 0;
+        hnav_filter* other = nullptr;
+        Message why;
+        if (!make_other(of_means, &other, &why)) return false;
+        this->replace(other);
+        memory_.reads_instants = 0;
         return true;
     }
 

@@ -29,6 +29,7 @@ template <class Base, class Calls, class Memory>
 class LibraryModel : public Base {
     static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) % 8 == 0);
     static constexpr bool has_history = Calls::state_size != nullptr;
+    using Object = typename Calls::Object;
 
 public:
     std::size_t state_size() const final {
@@ -45,14 +46,20 @@ public:
 
     bool load(const void* buffer, std::size_t bytes, Message* why) final {
         if (bytes < sizeof memory_ || (!has_history && bytes != sizeof memory_)) return false;
+        Memory memory;
+        std::memcpy(&memory, buffer, sizeof memory);
         if constexpr (has_history) {
-            Memory memory;
-            std::memcpy(&memory, buffer, sizeof memory);
-            if (!fit(memory, why)) return false;
-            const char* state = static_cast<const char*>(buffer) + sizeof memory_;
-            if (!done(Calls::load(object_, state, bytes - sizeof memory_), why)) return false;
+            Object* other = nullptr;
+            if (!make_other(memory, &other, why)) return false;
+            Object* const into = other ? other : object_;
+            const char* state = static_cast<const char*>(buffer) + sizeof memory;
+            if (!done(into, Calls::load(into, state, bytes - sizeof memory), why)) {
+                Calls::destroy(other);
+                return false;
+            }
+            if (other) replace(other);
         }
-        std::memcpy(&memory_, buffer, sizeof memory_);
+        memory_ = memory;
         return true;
     }
 
@@ -75,24 +82,20 @@ protected:
         return create(&object_, arguments..., why->text, sizeof why->text) == HNAV_OK;
     }
 
-    // Likewise in place of the present object, which stays if there is none; the memory stays.
-    template <class Create, class... Arguments>
-    bool remake(Message* why, Create create, const Arguments&... arguments) {
-        typename Calls::Object* made = nullptr;
-        if (create(&made, arguments..., why->text, sizeof why->text) != HNAV_OK) return false;
-        Calls::destroy(object_);
-        object_ = made;
-        return true;
-    }
+    // Makes an object for the state saved beside this memory, where the present one cannot take it.
+    virtual bool make_other(const Memory&, Object** /*other*/, Message* /*why*/) const { return true; }
 
-    // Prepares the object for the state saved beside this memory.
-    virtual bool fit(const Memory&, Message*) { return true; }
+    void replace(Object* other) {
+        Calls::destroy(object_);
+        object_ = other;
+    }
 
     // Converts the status of a call, with its reason.
-    bool done(hnav_status status, Message* why) const {
-        if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", Calls::message(object_));
+    static bool done(const Object* object, hnav_status status, Message* why) {
+        if (status != HNAV_OK) std::snprintf(why->text, sizeof why->text, "%s", Calls::message(object));
         return status == HNAV_OK;
     }
+    bool done(hnav_status status, Message* why) const { return done(object_, status, why); }
 
     // Keeps the reason of the first refused value and of the first late one.
     void note_refusal(hnav_status status) {
@@ -101,7 +104,7 @@ protected:
         if (why.text[0] == '\0') done(status, &why);
     }
 
-    typename Calls::Object* object_ = nullptr;
+    Object* object_ = nullptr;
     Memory memory_{};
 
 private:

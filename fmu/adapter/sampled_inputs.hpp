@@ -26,6 +26,9 @@ inline bool check_span(double from_s, double to_s, const char* name, double peri
     return false;
 }
 
+// The sampling mode in the row of its parameter; without one, the clocks of FMI 3 count their ticks.
+inline double mode_in(const double* values, int row) { return row < 0 ? double(counter) : values[row]; }
+
 // At most `most` inputs, counted from 0. Eight-byte numbers, saved bytewise.
 template <int most>
 struct SampledInputs {
@@ -75,15 +78,14 @@ struct SampledInputs {
         return any;
     }
 
-    // Sets the clocks of the sensors from their parameters; mode: the row of sampling_mode. A clock of FMI 3 counts its
-    // ticks. False, with the reason, if a period is too short.
+    // Sets the clocks of the sensors from their parameters; mode: the row of sampling_mode. False, with the reason, if a period is too short.
     template <int sensors>
     bool start(const SensorRows (&rows)[sensors], const double* values, double start_s, int mode, const char* const* periods,
                Message* why) {
         for (int s = 0; s < sensors; ++s) {
             const double period_s = rows[s].period < 0 ? 0 : values[rows[s].period];
             if (!check_period(periods[s], period_s, why)) return false;
-            clock[s] = {start_s, period_s, mode < 0 ? double(counter) : values[mode], 0, 0};
+            clock[s] = {start_s, period_s, mode_in(values, mode), 0, 0};
         }
         return true;
     }

@@ -50,7 +50,7 @@ public:
                 "gyro_hold needs to be forward in Model Exchange: an integrator outside cannot know a rate before its sample");
             return false;
         }
-        if (!make_with(options, in_.sampling_mode < 0 ? double(counter) : values[in_.sampling_mode], why)) return false;
+        if (!make_with(options, mode_in(values, in_.sampling_mode), why)) return false;
         memory_.start_s = start_s;
         memory_.model_exchange = model_exchange;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, Inputs::periods, why);

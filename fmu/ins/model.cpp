@@ -30,7 +30,7 @@ public:
         const hnav_preset_info* preset = hnav_preset_of("ins", static_cast<std::int32_t>(values[in_.preset]));
         hnav_ins_options options = hnav_ins_defaults(static_cast<hnav_ins_preset>(preset->value));
         take_options(option_of<option_list>, in_.options, values, &options);
-        if (!make_with(options, in_.sampling_mode < 0 ? double(counter) : values[in_.sampling_mode], why)) return false;
+        if (!make_with(options, mode_in(values, in_.sampling_mode), why)) return false;
         memory_.model_exchange = model_exchange;
         return memory_.sampled.start(in_.sensor, values, start_s, in_.sampling_mode, InsInputs::periods, why);
     }

@@ -64,12 +64,8 @@ def test_an_outage_of_half_a_minute_costs_little_in_its_middle():
 def test_a_step_of_the_sensors_leaves_the_smoother_no_worse_than_the_filter(kind, fault):
     """A second pass over such a recording contradicts the samples, so the smoother keeps the first one."""
     drive = faults.simulated(kind, 3_000_000)
-    samples, begin_s = drive.samples, drive.samples.t_s[0] + faults.BEGIN_S
-    hit = samples.t_s > begin_s
-    spoilt = FAULTS[fault].of(samples, hit & (samples.t_s <= begin_s + 30), samples.aids.arrays()[0] < 0)
-    arrays = spoilt.t_s, spoilt.rate_b_rad_s, spoilt.force_b_m_s2, spoilt.aids, faults.EVERY
-    ins = hnav.Ins(drive.preset, **FAST, **drive.options)
-    filtered, smoothed = ins.run(*arrays, check=False), ins.smooth(*arrays)
+    spoilt, _, _ = drive.with_fault(fault)
+    filtered, smoothed = drive.run(spoilt), drive.run(spoilt, smooth=True)
     known = filtered.phase == NAVIGATING
     rms = [{what: np.sqrt(np.mean(size[known] ** 2)) for what, size in faults.errors(run, drive.truth).items()}
            for run in (filtered, smoothed)]  # fmt: skip

@@ -51,18 +51,6 @@ void Smoother::write_rows(std::size_t k, const Hindsight& now, const Later& late
     }
 }
 
-namespace {
-
-// Whether hindsight is where the filter expected it. Beyond that an error has stepped, which no model of either has.
-bool is_expected(const State& filtered, const Hindsight& now, int row, int rows) {
-    constexpr double most_sigmas = 3;
-    for (int i = row; i < row + rows; ++i)
-        if (square(now.error[i]) > square(most_sigmas) * filtered.P[packed(i, i)]) return false;
-    return true;
-}
-
-} // namespace
-
 // The smoothed error changes little from one correction to the next, so it is interpolated in between.
 void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsight& now, const Later& later) {
     const double share = std::fmin(1, std::fmax(0, (row.t_s - node.last_event_s) / (later.t_s - node.last_event_s)));

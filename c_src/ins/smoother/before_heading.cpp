@@ -3,18 +3,6 @@
 
 namespace hnav::ins {
 
-namespace {
-
-// Whether a second pass ends with the heading of the first. Both have used the same samples, so they differ by less than it may be
-// wrong; far from its linearisation it is another one: a walker's was 70 deg off, at a sigma of 4.
-bool agree(const State& end, const Target& target) {
-    constexpr double most_sigmas = 3;
-    const double off = seen_from(end, target).error[row_phi + 2];
-    return square(off) < square(most_sigmas) * end.P[packed(row_phi + 2, row_phi + 2)];
-}
-
-} // namespace
-
 // Smooths the part before the heading was known well enough to linearise about it. Returns false if it could not be filtered again.
 bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std::size_t piece) {
     Place place;
@@ -31,7 +19,10 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     way.model.expect_no_steps();
     for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.aid, 5);
     State end = way.model.once_more(begin, later, known_s);
-    if (!go_forward(way, place, end, false) || !agree(end, target)) return false;
+    if (!go_forward(way, place, end, false)) return false;
+    // Both passes have used the same samples. Far from its linearisation the second finds another heading: a walker's was 70 deg off, at a
+    // sigma of 4.
+    if (!is_expected(end, seen_from(end, target), row_phi + 2, 1)) return false;
     go_back(way, &target);
     return true;
 }

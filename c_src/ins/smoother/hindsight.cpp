@@ -144,6 +144,13 @@ Hindsight seen_from(const State& state, const Target& target) {
     return h;
 }
 
+bool is_expected(const State& filtered, const Hindsight& h, int row, int rows) {
+    constexpr double most_sigmas = 3;
+    for (int i = row; i < row + rows; ++i)
+        if (!(square(h.error[i]) <= square(most_sigmas) * filtered.P[packed(i, i)])) return false;
+    return true;
+}
+
 Hindsight before_samples(const Step& step, Hindsight h, const State& after) {
     turn(mat(step.axes).transpose() * mat(after.axes), h);
     const Vector3 phi = vec(h.error + row_phi);

@@ -79,8 +79,9 @@ def facts(seen: View) -> list[tuple[str, str]]:
     reached = smallest(sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m))
     for name, flags, sigma in zip(READY, run.ready.T, reached):
         rows = np.flatnonzero(flags)
-        ready = f"after {seen.t_s[rows[0]]:.3g} s, in {100 * flags.mean():.3g} % of the rows" if len(rows) else "never: "
-        ready += "" if len(rows) else why_never(name, float(sigma), run.options)
+        ready = f"never: {why_never(name, float(sigma), run.options)}"
+        if len(rows):
+            ready = f"after {seen.t_s[rows[0]]:.3g} s, in {100 * flags.mean():.3g} % of the rows"
         found.append((f"{name} ready", ready))
     if "position" in seen.aids:
         gaps = outages(seen.aids["position"].t_s, float(seen.t_s[-1]))

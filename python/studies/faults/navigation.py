@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from hnav.filters.readiness import LIMITS
 from studies.command import titled_table, tracked
 from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, Outcome, hindsights, outcomes
 
@@ -41,10 +42,8 @@ def hindsight_table(kinds: Sequence[str], names: Sequence[str], starts: int, see
             for what in FLAGS:
                 before, after = np.sqrt(np.mean(np.square([of_start[i].rms[what] for of_start in found]), axis=0))
                 lies = np.mean([of_start[i].lies[what] for of_start in found], axis=0)
-                unit, factor = (
-                    ("deg", np.degrees(1)) if what in ("tilt", "heading") else ("m" if what == "position" else "m/s", 1)
-                )
-                cells += [f"{factor * before:.3g} > {factor * after:.3g} {unit}", f"{lies[0]:.1%} > {lies[1]:.1%}"]
+                unit, per_si = LIMITS[what].unit, LIMITS[what].per_si
+                cells += [f"{per_si * before:.3g} > {per_si * after:.3g} {unit}", f"{lies[0]:.1%} > {lies[1]:.1%}"]
             out.add_row(kind, FAULTS[name].text, *cells)
     return out
 

@@ -90,9 +90,8 @@ def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes, format: str) -
                 table = parse(shown, files[stem], alone)
                 found = aids_in(table.columns, table.values, times_of(shown, table, alone, {})[0])
                 if format == "phyphox" and "position" in found and not ABOVE_ELLIPSOID.search(table.columns["alt_m"].name):
-                    found["position"] = replace(
-                        found["position"], above_sea=True
-                    )  # https://phyphox.org/wiki: corrected by the geoid
+                    # Corrected by the geoid: https://phyphox.org/wiki
+                    found["position"] = replace(found["position"], above_sea=True)
                 aids |= found
             except RecordingError as error:
                 left_out.append(f"left out: {error}")

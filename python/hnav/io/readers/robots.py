@@ -78,7 +78,7 @@ def _ulog_damage(path: Path, log: Any, wanted: Collection[str]) -> tuple[str, ..
         begun = "the log was cut off within its last message, and what followed is lost"
     else:
         begun = f"the log is damaged{f' at byte {at} of {len(data)}' if at < len(data) - 2 else ''}, and messages are lost"
-    counts = {data.name: len(data.data["timestamp"]) for data in log.data_list}
+    counts = {topic.name: len(topic.data["timestamp"]) for topic in log.data_list}
     read = ", ".join(f"{name} {count}" for name, count in counts.items())
     without = ", ".join(name for name in wanted if name in log.message_formats and name not in counts)
     return (f"{DAMAGED}{begun}; samples were read of {read}" + (f", and none of {without}" if without else ""),)
