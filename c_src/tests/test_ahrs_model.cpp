@@ -817,6 +817,67 @@ TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {
     EXPECT_LT(angle_between(Quaternion(s.x), motion.q(40)), 3 * deg);
 }
 
+// A start within an acceleration has a wrong vertical, and takes heading and dip of the field from it.
+TEST(Ahrs, TheHeadingAndTheReferenceOfTheFirstFieldHaveTheErrorOfTheHorizonThatTheyWereFoundWith) {
+    for (const bool given : {false, true}) {
+        auto options = settings();
+        options.reference_mode = given ? HNAV_REFERENCE_GIVEN : HNAV_REFERENCE_LEARNT;
+        const Vector2 M(0.5, std::sqrt(0.75));
+        options.reference_strength_tesla = 5e-5;
+        options.reference_dip_rad = std::atan2(M[1], M[0]);
+        const AhrsModel model(options);
+        for (const Vector2 accelerated : {Vector2(0.01, 0), Vector2(0, 0.01), Vector2(-0.007, 0.004)}) { // in units of gravity
+            State s = state_at_start(model);
+            const Quaternion q = Turning{}.start_q;
+            const Matrix3 to_body = rotation_matrix(q).transpose();
+            const Vector3 force = AhrsModel::gravity_m_s2 * to_body * Vector3(accelerated[0], accelerated[1], -1);
+            const Vector3 field = 5e-5 * to_body * Vector3(M[0], 0, M[1]);
+            Event e{};
+            e.add(Sample{0, accel, {force[0], force[1], force[2]}});
+            e.add(Sample{0, mag, {field[0], field[1], field[2]}});
+            model.jump(s, e);
+            ASSERT_TRUE(s.started);
+
+            constexpr int tilt = AhrsModel::rotation, heading = tilt + 2, first = AhrsModel::reference;
+            const Matrix3 apart = rotation_matrix(q) * rotation_matrix(Quaternion(s.x)).transpose();
+            const Vector3 error(apart(2, 1), apart(0, 2), apart(1, 0)); // of small angles
+            const double of_tilt2 = options.start_sigma_tilt_rad * options.start_sigma_tilt_rad;
+            const auto expected = [&](int row) {
+                return (s.P[AhrsModel::packed(tilt, row)] * error[0] + s.P[AhrsModel::packed(tilt + 1, row)] * error[1]) /
+                       of_tilt2;
+            };
+            EXPECT_NEAR(expected(heading), error[2], 3e-4);
+            EXPECT_GT(std::fabs(error[2]) + std::fabs(accelerated[0]), 0.008);
+            for (int i = 0; i < 2; ++i) EXPECT_NEAR(expected(first + i), given ? 0 : M[i] - s.reference[i], 3e-4);
+        }
+    }
+}
+
+TEST(Ahrs, AHeadingThatIsFarOffIsNoMeasurementOfTheGyroBias) {
+    const AhrsModel model(settings());
+    const auto bias_after_turn = [&](double turned_rad) {
+        State s = state_at_start(model);
+        model.before_flow(s, Turning{}.event(0));
+        model.jump(s, Turning{}.event(0));
+        constexpr int heading = AhrsModel::rotation + 2, bias = AhrsModel::bias + 2;
+        double& variance = s.P[AhrsModel::packed(heading, heading)];
+        variance = 1;
+        s.P[AhrsModel::packed(heading, bias)] = 0.9 * std::sqrt(s.P[AhrsModel::packed(bias, bias)]);
+        Event e = Turning{}.event(0.04, false);
+        const Vector3 field_n = rotation_matrix(rotation_quaternion({0, 0, turned_rad})) * Vector3(2.5e-5, 0, 4.33e-5);
+        const Vector3 field = rotation_matrix(Turning{}.q(0.04)).transpose() * field_n;
+        e.add(Sample{0.04, mag, {field[0], field[1], field[2]}});
+        model.before_flow(s, e);
+        model.flow_exactly(s, 0.04);
+        model.jump(s, e);
+        EXPECT_LT(variance, 0.1);
+        const Vector3 seen = rotation_matrix(Quaternion(s.x)) * field;
+        EXPECT_LT(std::fabs(std::atan2(seen[1], seen[0])), 0.1 * turned_rad);
+        return std::fabs(s.bias[2]);
+    };
+    EXPECT_LT(bias_after_turn(2.5), bias_after_turn(0.4));
+}
+
 TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {
     const hnav_ahrs_options set = settings();
     for (const bool trusted : {false, true}) {

@@ -54,25 +54,36 @@ def state_of_twin(twin: AhrsReference) -> tuple:
     return *ready, GATES[twin.verdict], field.changes, twin.rest.at_rest(), twin.lost, twin.times_lost
 
 
-def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReference, set[str]]:
-    """Compares both row by row; returns the twin at the end, and every verdict on a field that it came to."""
+def sigma_of(twin: AhrsReference) -> np.ndarray:
+    return np.sqrt(np.diag(twin.rotation_covariance()))
+
+
+def assert_equal(rows: Iterator[tuple], amplifies: bool = False, **options: object) -> tuple[AhrsReference, set[str]]:
+    """Compares both row by row; returns the twin at the end, and every verdict on a field that it came to.
+
+    amplifies: the noise of the motion depends on the sigma, and the motion may amplify roundings for seconds; a second twin that sees the
+    samples one rounding larger then measures by how much.
+    """
     both = Options("ahrs", **PLAIN | options)
     library, twin, verdicts = Filter(both), AhrsReference(both), set()
+    rounded = AhrsReference(both) if amplifies else twin
     for t, *samples in rows:
         push(library, t, *samples)
         twin.event(t, *samples)
+        if amplifies:
+            rounded.event(t, *(s if s is None else np.nextafter(s, np.inf) for s in samples))
         assert library.diagnostics().started == twin.started, t
         if not twin.started:
             continue
         assert state_of(library) == state_of_twin(twin), t
-        now, sigma = library.attitude(), np.sqrt(np.diag(twin.rotation_covariance()))
-        assert 2 * min(np.abs(now.q_nb - twin.q_nb).max(), np.abs(now.q_nb + twin.q_nb).max()) < 1e-10, t
-        # The noise of the motion depends on the sigma, so that roundings of the one come back in the other.
-        np.testing.assert_allclose(now.sigma_rad, sigma, rtol=1e-8, err_msg=str(t))
-        np.testing.assert_allclose(library.gyro_bias()[0], twin.bias, atol=1e-11, err_msg=str(t))
+        now, sigma = library.attitude(), sigma_of(twin)
+        room, sigma_room = 100 * np.abs(rounded.q_nb - twin.q_nb).max(), 100 * np.abs(sigma_of(rounded) / sigma - 1).max()
+        assert 2 * min(np.abs(now.q_nb - twin.q_nb).max(), np.abs(now.q_nb + twin.q_nb).max()) < max(1e-10, room), t
+        np.testing.assert_allclose(now.sigma_rad, sigma, rtol=max(1e-8, sigma_room), err_msg=str(t))
+        np.testing.assert_allclose(library.gyro_bias()[0], twin.bias, atol=max(1e-11, 0.1 * room), err_msg=str(t))
         verdicts.add(twin.verdict)
     assert twin.started
-    np.testing.assert_allclose(library.gyro_calibration()[0], twin.S, atol=1e-10)
+    np.testing.assert_allclose(library.gyro_calibration()[0], twin.S, atol=max(1e-10, room))
     field = library.field()
     np.testing.assert_allclose([field.latency_s, field.evidence_s, field.heading_trust_s],
                                [twin.latency, twin.field.evidence_s, twin.field.heading_trust_s], atol=1e-9)  # fmt: skip
@@ -81,7 +92,7 @@ def assert_equal(rows: Iterator[tuple], **options: object) -> tuple[AhrsReferenc
 
 @pytest.mark.parametrize("index", range(12))
 def test_the_library_is_the_numpy_twin_in_every_motion_and_field(index):
-    twin, verdicts = assert_equal(rows_of(start(index, 12.0)))
+    twin, verdicts = assert_equal(rows_of(start(index, 12.0)), amplifies=index == 8)
     if index == 1:
         assert twin.heading_ready() and not twin.field.changes
     if index == 10:
@@ -202,7 +213,7 @@ def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed)
 @pytest.mark.parametrize(("kind", "seed"), [("car", 9), ("aircraft", 21), ("arm", 1)])
 def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed):
     """Readiness of the tilt waits until the velocities of a vehicle allow it, for a rest, or for a turn that no vehicle makes."""
-    assert_equal(islice(rows_of(motion(kind, seed)), 3000))
+    assert_equal(islice(rows_of(motion(kind, seed)), 3000), amplifies=True)
 
 
 @pytest.mark.parametrize(("kind", "body"), [("arm", "any"), ("quadrotor", "quadrotor")])

@@ -219,6 +219,9 @@ private:
     static void start_covariance(State& s, const Sigmas& start);
     Sigmas start_sigmas(R sigma_heading) const;
     static void put_reference(State& s, const ReferenceFieldOf<R>& field);
+    static void put_learnt_reference(State& s, const Vector3R& field_b);
+    static void tie_heading_to_horizon(State& s);
+    static void add_error(State& s, int from, R factor, int to);
     void start(State& s, const Event& event) const;
     static void turn_heading(State& s, R angle_rad);
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
@@ -308,6 +311,7 @@ private:
     void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
+    static void widen_heading_far_off(Correction& c, const FieldRows& rows);
     bool take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const;
     void leave_foreign_field(State& s, Correction& c) const;
     void start_in_foreign_field(State& s) const;

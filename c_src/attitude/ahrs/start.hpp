@@ -124,6 +124,32 @@ void AhrsModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& field) {
     s.reference[1] = std::sin(field.dip_rad);
 }
 
+// Its dip was measured from the estimated horizon: in the notation of FieldRows (correct_field.hpp) theta x M = dM.
+template <class R>
+void AhrsModelOf<R>::put_learnt_reference(State& s, const Vector3R& field_b) {
+    put_reference(s, learn_reference<R>(QuaternionR(s.x), field_b));
+    s.has_reference = 1;
+    add_error(s, rotation + 1, s.reference[1], reference);
+    add_error(s, rotation + 1, -s.reference[0], reference + 1);
+}
+
+// The heading is that of a field whose horizontal part was found with the estimated horizon.
+template <class R>
+void AhrsModelOf<R>::tie_heading_to_horizon(State& s) {
+    const R tangent = s.reference[1] / s.reference[0],
+            largest = std::sqrt(any_angle_variance<R> / s.P[packed(rotation, rotation)]);
+    add_error(s, rotation, std::clamp(tangent, -largest, largest), rotation + 2);
+}
+
+// The error `to` is larger by a multiple of the error `from`.
+template <class R>
+void AhrsModelOf<R>::add_error(State& s, int from, R factor, int to) {
+    const auto of = [&s](int i, int j) -> R& { return s.P[packed(std::min(i, j), std::max(i, j))]; };
+    of(to, to) += factor * (2 * of(from, to) + factor * of(from, from));
+    for (int j = 0; j < errors; ++j)
+        if (j != to) of(to, j) += factor * of(from, j);
+}
+
 template <class R>
 void AhrsModelOf<R>::start(State& s, const Event& event) const {
     FirstAttitude<R> found;
@@ -135,10 +161,8 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
         start_covariance(s, start_sigmas(found.sigma_heading));
         if (start_.mode == StartMode::attitude) s.vehicle_tilt.tilt2 = std::fmin(s.vehicle_tilt.tilt2, sigma_.tilt * sigma_.tilt);
     } else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
-    if (!s.has_reference && s.start.has_field(start_)) {
-        put_reference(s, learn_reference<R>(found.q, s.start.field()));
-        s.has_reference = 1;
-    }
+    if (!s.has_reference && s.start.has_field(start_)) put_learnt_reference(s, s.start.field());
+    if (start_.mode == StartMode::triad && !s.start.has_aid && s.start.has_field(start_)) tie_heading_to_horizon(s);
     if (place_.is_given && s.start.has_field(start_)) start_in_foreign_field(s);
     s.rest.clear(Vector3R::Zero(), s.start.force());
     s.last_correction_s = event.t_s;
@@ -183,8 +207,7 @@ void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field
         turn_heading(s, -from_north);
         variance += start_.sigma_heading * start_.sigma_heading;
     }
-    put_reference(s, learn_reference<R>(QuaternionR(s.x), field_b));
-    s.has_reference = 1;
+    put_learnt_reference(s, field_b);
 }
 
 } // namespace hnav

@@ -168,15 +168,26 @@ class AhrsReference:
         field = self.first.samples.means()[1]
         if not self.has_reference and field is not None:
             self.put_reference(field)
-        elif self.given and field is not None:
+        if self.o.start_mode == "triad" and math.isnan(self.first.aid[0]) and field is not None:
+            largest = math.sqrt(ANY_HEADING / self.P[15, 15])
+            self.add_error(15, float(np.clip(self.M[1] / self.M[0], -largest, largest)), HEADING)
+        if self.given and field is not None:
             self.start_in_foreign_field(intensities_of(self.R_bn @ field) / self.strength)
         self.rest, self.corrected_s, self.started = RestDetector(self.o, self.first.samples.mean[0]), t_s, True
 
     def put_reference(self, field_b: Array) -> None:
-        """Makes the present field the reference: its azimuth is north, its strength the unit of fields."""
+        """Makes the present field the reference: its azimuth is north, its strength the unit of fields, its dip as wrong as the horizon."""
         self.strength = float(np.linalg.norm(field_b))
         self.M = intensities_of(self.R_bn @ field_b) / self.strength
         self.has_reference = True
+        self.add_error(16, self.M[1], 21)
+        self.add_error(16, -self.M[0], 22)
+
+    def add_error(self, source: int, factor: float, to: int) -> None:
+        """One error is larger by a multiple of another."""
+        T = np.eye(ERRORS)
+        T[to, source] = factor
+        self.P = T @ self.P @ T.T
 
     # ----------------------------------------------------------------------------------------- flow
 
@@ -598,6 +609,9 @@ class AhrsReference:
         if foreign:
             noise[[0, 2]] = 100.0**2
         self.note_contradiction(deviation / horizontal)
+        away2 = (residual[1] / horizontal) ** 2
+        if 0.5**2 < away2 < 9 * self.E[HEADING, HEADING]:  # no measurement of the drift that the heading correlates with
+            self.E[HEADING, HEADING] += away2
         innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
         HPHt = H @ self.E @ H.T
         self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
