@@ -24,16 +24,23 @@ struct TiltExcess {
     R expected; // variance of it about one axis, rad^2
     R variance; // the excess, rad^2; grows at once, decays over memory_s
 
-    // correction: about north and east, rad; taken: reduction of the variance of one axis, rad^2; T: time since the last one, s.
-    void note(const R* correction, R taken, R T) {
+    // T: since the last corrections, s.
+    void pass(R T) {
         const R kept = memory_s / (memory_s + T);
+        for (R& sum : corrected) sum *= kept;
+        expected *= kept * kept;
+        variance *= kept;
+    }
+
+    // One of the corrections of an instant: about north and east, rad. taken: reduction of the variance of one axis, rad^2.
+    void note(const R* correction, R taken) {
         R square = 0;
         for (int i = 0; i < 2; ++i) {
-            corrected[i] = kept * corrected[i] + correction[i];
+            corrected[i] += correction[i];
             square += corrected[i] * corrected[i] / 2;
         }
-        expected = kept * kept * expected + std::max(R(0), taken);
-        variance = std::max(kept * variance, square - expected);
+        expected += std::max(R(0), taken);
+        variance = std::max(variance, square - expected);
     }
 };
 

@@ -104,7 +104,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     if (is_free(s)) take_free(s, gyro_before, P, m, c.error);
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
-    s.tilt_excess.note(c.error + row_phi, before.tilt - after.tilt, std::fmax(0, event.t_s - s.last_correction_s));
+    if (is_free(s)) s.tilt_excess.note(c.error + row_phi, before.tilt - after.tilt);
     note_gain(s, m.channel, before, after);
     if (is_free(s) && std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
@@ -416,6 +416,7 @@ void Model::correct(State& s, const Event& event) const {
     admit_steps(s, P, event.t_s);
     inflate_inconsistent(s, P, event.t_s);
     admit_wrong_tilt(s, P, event.t_s);
+    s.tilt_excess.pass(std::fmax(0, event.t_s - s.last_correction_s));
     correct_rest(s, P, event);
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);

@@ -249,9 +249,10 @@ TEST(Ahrs, CorrectionsOfTheTiltInOneDirectionAddToItsVarianceAndWhiteOnesDoNot) 
     constexpr int count = 200000;
     for (int k = 0; k < count; ++k) {
         const double by[] = {normal(random), normal(random)}, steady[] = {0.5 * sigma, 0};
-        white.note(by, sigma * sigma, T);
-        turning.note(steady, sigma * sigma, T);
-        wide.note(steady, 1e4 * sigma * sigma, T); // of an unknown horizon
+        for (auto* excess : {&white, &turning, &wide}) excess->pass(T);
+        white.note(by, sigma * sigma);
+        turning.note(steady, sigma * sigma);
+        wide.note(steady, 1e4 * sigma * sigma); // of an unknown horizon
         mean += white.corrected[0] * white.corrected[0] / count / white.expected;
     }
     EXPECT_NEAR(mean, 1, 0.2); // the variance of the sum equals the predicted one
@@ -259,8 +260,8 @@ TEST(Ahrs, CorrectionsOfTheTiltInOneDirectionAddToItsVarianceAndWhiteOnesDoNot) 
     EXPECT_NEAR(turning.variance, sum * sum / 2 - turning.expected, 0.02 * sum * sum);
     EXPECT_LT(white.variance, 5 * white.expected);
     EXPECT_EQ(wide.variance, 0);
-    const double before = turning.variance, none[] = {0, 0};
-    for (int k = 0; k * T < TiltExcess<double>::memory_s; ++k) turning.note(none, 0, T);
+    const double before = turning.variance;
+    for (int k = 0; k * T < TiltExcess<double>::memory_s; ++k) turning.pass(T);
     EXPECT_NEAR(turning.variance, std::exp(-1.0) * before, 0.02 * before);
 }
 

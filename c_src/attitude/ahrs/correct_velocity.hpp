@@ -29,7 +29,8 @@ void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen:
     condition<2, 0>(c, PHt, S, innovation, rows<2>(c.response, velocity), is_evidence);
     const Vector3R after = c.rotation_variances();
     s.information.gain_tilt(before, after);
-    s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2, T);
+    s.tilt_excess.pass(T);
+    s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2);
 }
 
 template <class R>
