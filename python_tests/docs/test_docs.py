@@ -76,7 +76,7 @@ def recordings(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("recordings")
     write_recording(folder / "flight.csv", tilted_motion(3).recording)
     write_recording(folder / "tumbled.csv", tilted_motion(30).recording)
-    write_recording(folder / "walk.csv", good_recording("hand", "consumer", seed=1))
+    write_recording(folder / "walk.csv", good_recording("hand", "consumer", seed=10))
     return folder
 
 
