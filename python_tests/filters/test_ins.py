@@ -616,9 +616,19 @@ def test_fixes_that_are_repeated_are_no_more_fixes(kind):
     assert (held.sigma_velocity_m_s / plain.sigma_velocity_m_s)[known].min() > 0.95
 
 
+def test_bends_of_an_aircraft_that_searches_its_heading_do_not_widen_its_tilt():
+    """They correct it in one direction by more than 5 sigmas. With that as the limit the tilt was 9 deg off and did not recover."""
+    samples, truth = vehicle("aircraft", "industrial", 3_000_020, 150.0)
+    run = hnav.Ins("industrial").run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, EVERY)
+    off = errors(run, truth)
+    found = (run.phase == PHASES.index("navigating")) & (run.t_s - run.t_s[0] > 30) & (run.t_s - run.t_s[0] < 80)
+    assert found.sum() > 200
+    assert np.degrees(np.sqrt(np.mean(off["tilt"][found] ** 2))) < 0.5
+
+
 def test_a_step_of_the_force_while_the_heading_is_searched_leaves_no_ready_and_wrong_tilt():
-    """Its corrections in one direction widen the tilt, as in the AHRS. Without that it was 11 deg wrong and ready for 89 % of the time."""
-    drive = simulated("quadrotor", 3_000_001)
+    """Its corrections in one direction widen the tilt. Without that it was wrong and ready for 63 % of the time."""
+    drive = simulated("quadrotor", 4_000_003)
     spoilt, begin_s, _ = drive.with_fault("force_bias")
     run = drive.run(spoilt)
     after = drive.truth.t_s[EVERY - 1 :: EVERY] > begin_s + 10
