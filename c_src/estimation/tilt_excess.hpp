@@ -16,8 +16,8 @@ namespace hnav {
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct TiltExcess {
-    // The longest time scale of accelerations, as in attitude/ahrs/lasting_motion.hpp. With a shorter time the variance decays before the horizon is
-    // right again; with a longer one the gyro drift contained in P hides the excess.
+    // The longest time scale of accelerations, as in attitude/ahrs/lasting_motion.hpp. With a shorter time the variance decays before the
+    // horizon is right again; with a longer one the gyro drift contained in P hides the excess.
     static constexpr R memory_s = R(12.5);
 
     R corrected[2]; // sum of the corrections about north and east, decaying over memory_s, rad

@@ -827,7 +827,7 @@ TEST(Ahrs, TheHeadingAndTheReferenceOfTheFirstFieldHaveTheErrorOfTheHorizonThatT
         options.reference_strength_tesla = 5e-5;
         options.reference_dip_rad = std::atan2(M[1], M[0]);
         const AhrsModel model(options);
-        for (const Vector2 accelerated : {Vector2(0.01, 0), Vector2(0, 0.01), Vector2(-0.007, 0.004)}) { // in units of gravity
+        for (const Vector2& accelerated : {Vector2(0.01, 0), Vector2(0, 0.01), Vector2(-0.007, 0.004)}) { // in units of gravity
             State s = state_at_start(model);
             const Quaternion q = Turning{}.start_q;
             const Matrix3 to_body = rotation_matrix(q).transpose();
@@ -877,6 +877,28 @@ TEST(Ahrs, AHeadingThatIsFarOffIsNoMeasurementOfTheGyroBias) {
         return std::fabs(s.bias[2]);
     };
     EXPECT_LT(bias_after_turn(2.5), bias_after_turn(0.4));
+}
+
+TEST(Ahrs, AHeadingThatIsFarOffForLongIsNoLessCertainThanAnyAngle) {
+    const AhrsModel model(settings());
+    const Turning motion;
+    State s = state_at_start(model);
+    follow(model, s, motion, 10);
+    s.P[AhrsModel::packed(AhrsModel::rotation + 2, AhrsModel::rotation + 2)] = 1;
+    std::uint64_t rejected = 0;
+    for (int k = 1; k <= 400; ++k) {
+        const double t_s = 10 + 0.005 * k;
+        Event e = motion.event(t_s, false);
+        const Vector3 field =
+            rotation_matrix(motion.q(t_s)).transpose() * Vector3(-2.5e-5, 1e-5, 7e-5); // rejected: far too strong
+        e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
+        model.before_flow(s, e);
+        model.flow_exactly(s, 0.005);
+        model.jump(s, e);
+        rejected += FieldVerdict(s.verdict) == FieldVerdict::reject;
+        EXPECT_LT(s.P[AhrsModel::packed(AhrsModel::rotation + 2, AhrsModel::rotation + 2)], 1.01 * any_angle_variance<double>);
+    }
+    EXPECT_GT(rejected, 100u);
 }
 
 TEST(MagneticReference, AnotherFieldWinsByEvidenceAndALongTrustedHeadingStays) {

@@ -61,7 +61,7 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     const FieldVerdict verdict = judge_field(s, c, away);
     const bool foreign = take_foreign_field(s, c, mean);
     note_contradiction(s, verdict, rows);
-    widen_heading_far_off(c, rows);
+    forget_heading_far_off(c, rows);
 
     const Eigen::Matrix<R, errors, 3> PHt = rows.PHt(c);
     const Matrix3R HPHt = rows.HPHt(PHt);
@@ -86,12 +86,16 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
 }
 
-// The corrections are linear. An uncertain heading that is far off is no measurement of the drift that it correlates with.
+// The corrections are linear. An uncertain heading that is far off is no measurement of the drift that it correlates with: its error is
+// another one, of the size of the angle.
 template <class R>
-void AhrsModelOf<R>::widen_heading_far_off(Correction& c, const FieldRows& rows) {
+void AhrsModelOf<R>::forget_heading_far_off(Correction& c, const FieldRows& rows) {
     constexpr R linear_rad = R(0.5), sigmas2 = 9;
-    const R away2 = square(rows.residual[1] / rows.H);
-    if (away2 > linear_rad * linear_rad && away2 < sigmas2 * c.heading_variance()) c.heading_variance() += away2;
+    const R away2 = square(rows.residual[1] / rows.H), variance = c.heading_variance();
+    if (!(away2 > linear_rad * linear_rad && away2 < sigmas2 * variance)) return;
+    c.P.row(rotation + 2).setZero();
+    c.P.col(rotation + 2).setZero();
+    c.heading_variance() = std::fmax(variance, std::fmin(any_angle_variance<R>, variance + away2));
 }
 
 // Returns true if the field is not the given one (given_field.hpp). Its declination then has the variance of its azimuth. When a new

@@ -311,7 +311,7 @@ private:
     void change_reference(State& s, Correction& c, MeanField<R>& mean) const;
     static void keep_unit(State& s, MeanField<R>& mean);
     static void forget_reference(Covariance& P, R sigma);
-    static void widen_heading_far_off(Correction& c, const FieldRows& rows);
+    static void forget_heading_far_off(Correction& c, const FieldRows& rows);
     bool take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const;
     void leave_foreign_field(State& s, Correction& c) const;
     void start_in_foreign_field(State& s) const;

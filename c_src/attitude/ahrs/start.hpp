@@ -162,7 +162,7 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
         if (start_.mode == StartMode::attitude) s.vehicle_tilt.tilt2 = std::fmin(s.vehicle_tilt.tilt2, sigma_.tilt * sigma_.tilt);
     } else s.P[packed(rotation + 2, rotation + 2)] = found.sigma_heading * found.sigma_heading;
     if (!s.has_reference && s.start.has_field(start_)) put_learnt_reference(s, s.start.field());
-    if (start_.mode == StartMode::triad && !s.start.has_aid && s.start.has_field(start_)) tie_heading_to_horizon(s);
+    if (found.by_field) tie_heading_to_horizon(s);
     if (place_.is_given && s.start.has_field(start_)) start_in_foreign_field(s);
     s.rest.clear(Vector3R::Zero(), s.start.force());
     s.last_correction_s = event.t_s;

@@ -41,11 +41,12 @@ inline ReferenceFieldOf<R> reference_of(const Options& o) {
     return {R(o.reference_strength_tesla), R(o.reference_dip_rad)};
 }
 
-// An attitude found, and the sigma of its heading.
+// An attitude found, the sigma of its heading, and whether that is the heading of a field.
 template <class R>
 struct FirstAttitude {
     QuaternionOf<R> q;
     R sigma_heading;
+    bool by_field = false;
 };
 
 // The mean of the newest samples that agree, in the body axes of now. A first sample may be wrong (a chip that wakes up, a lost byte), so a
@@ -103,7 +104,8 @@ struct StartSamples {
             *found = {level_with_heading<R>(force(), 0), R(M_PI / std::sqrt(3.0))};
             return true;
         }
-        if (triad<R>(force(), field(), &found->q)) return true;
+        found->by_field = triad<R>(force(), field(), &found->q);
+        if (found->by_field) return true;
         const double began_s = first_s; // no heading in these samples: wait for better ones
         clear();
         first_s = began_s;

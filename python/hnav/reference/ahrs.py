@@ -610,8 +610,10 @@ class AhrsReference:
             noise[[0, 2]] = 100.0**2
         self.note_contradiction(deviation / horizontal)
         away2 = (residual[1] / horizontal) ** 2
-        if 0.5**2 < away2 < 9 * self.E[HEADING, HEADING]:  # no measurement of the drift that the heading correlates with
-            self.E[HEADING, HEADING] += away2
+        variance = self.E[HEADING, HEADING]
+        if 0.5**2 < away2 < 9 * variance:  # no measurement of the drift that the heading correlates with
+            self.E[HEADING], self.E[:, HEADING] = 0, 0
+            self.E[HEADING, HEADING] = max(variance, min(ANY_HEADING, variance + away2))
         innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
         HPHt = H @ self.E @ H.T
         self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
