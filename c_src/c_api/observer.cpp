@@ -154,7 +154,7 @@ hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known,
     return status;
 }
 
-hnav_status push(ObserverObject* o, const char* kind, int index, int count, int channel, double t_s, double value) {
+hnav_status push(ObserverObject* o, const char* kind, int index, int count, int first_channel, double t_s, double value) {
     if (index < 0 || index >= count)
         return o->fail(HNAV_ERROR_OUT_OF_RANGE, "there is no %s %d: there are %d", kind, index, count);
     if (!std::isfinite(t_s) || !std::isfinite(value)) {
@@ -164,7 +164,7 @@ hnav_status push(ObserverObject* o, const char* kind, int index, int count, int 
     if (const hnav_status status = hnav::check_time(o, t_s)) return status;
     char what[32];
     std::snprintf(what, sizeof what, "%s %d", kind, index);
-    return hnav::queued(o, o->filter.push({t_s, channel, &value}), what, t_s, o->filter.late_limit_s());
+    return hnav::queued(o, o->filter.push({t_s, first_channel + index, &value}), what, t_s, o->filter.late_limit_s());
 }
 
 // Missing functions of a plant with events; null: none.
@@ -315,12 +315,12 @@ hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_optio
 
 hnav_status hnav_observer_push_input(hnav_filter* filter, int32_t input, double t_s, double value) {
     REQUIRE_OBJECT(ObserverObject, object, filter);
-    return push(object, "input", input, object->problem->known, input, t_s, value);
+    return push(object, "input", input, object->problem->known, 0, t_s, value);
 }
 
 hnav_status hnav_observer_push(hnav_filter* filter, int32_t sensor, double t_s, double value) {
     REQUIRE_OBJECT(ObserverObject, object, filter);
-    return push(object, "sensor", sensor, object->problem->sensors, object->filter.model().sensor_channel(sensor), t_s, value);
+    return push(object, "sensor", sensor, object->problem->sensors, object->filter.model().sensor_channel(0), t_s, value);
 }
 
 } // extern "C"

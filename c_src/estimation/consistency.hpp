@@ -24,8 +24,9 @@ struct Consistency {
     static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly
 
     double mean[windows][most_rows], share[windows]; // of the normalised innovations; share of the newest in it
+    double mean_rows; // of the newest in it
     double successive; // mean square of successive differences over twice the variance: 1 by chance
-    double last[most_rows], last_s, last_gated; // innovation
+    double last[most_rows], last_rows, last_s, last_gated; // innovation
     double noise; // factor on the stated variance
     double stated; // that variance, of the first row
 
@@ -51,11 +52,12 @@ struct Consistency {
             size2 += square(y[i]) / rows;
         }
         const bool alike = gated == (last_gated > 0);
-        if (alike && std::isfinite(last_s)) note_noise(change2, since_s);
+        if (alike && rows == last_rows) note_noise(change2, since_s);
         const double within = size2 > far * far ? far / std::sqrt(size2) : 1;
         for (double& one : y) one *= within;
         if (!jumped && (alike || !gated)) note_mean(y, rows, since_s);
         std::copy(r, r + rows, last);
+        last_rows = rows;
         last_s = t_s;
         last_gated = gated ? 1 : 0;
     }
@@ -63,8 +65,8 @@ struct Consistency {
     double bias(int window) const {
         if (!(share[window] > 0)) return 0;
         double size2 = 0;
-        for (const double m : mean[window]) size2 += m * m;
-        return size2 * (2 - share[window]) / share[window] / most_rows;
+        for (int i = 0; i < mean_rows; ++i) size2 += square(mean[window][i]);
+        return size2 * (2 - share[window]) / share[window] / mean_rows;
     }
     // The larger of the windows.
     double bias() const { return std::fmax(bias(0), bias(1)); }
@@ -86,6 +88,7 @@ private:
         }
     }
     void note_mean(const double* y, int rows, double since_s) {
+        mean_rows = rows;
         for (int w = 0; w < windows; ++w) {
             share[w] = since_s / (window_s[w] + since_s);
             for (int i = 0; i < rows; ++i) mean[w][i] += share[w] * (y[i] - mean[w][i]);

@@ -98,22 +98,13 @@ public:
         restart_chain(now_, begun);
     }
 
-    // Queues a sample. It takes effect at the first advance that reaches its time.
+    // Queues a sample. It takes effect at the first advance that reaches its time. A sample that finds the queue full may be pushed again.
     Outcome push(const Sample& sample) {
-        if constexpr (!has_fixed_size<Model>)
-            if (same_instant(sample.t_s, stamps_.last_s(sample.channel)) && has_again(sample)) return Outcome::ok;
-        const auto newest_s = [this] { return std::max(now_, queue_.event(queue_.size() - 1).t_s); };
-        const auto placed = stamps_.place(sample.channel, sample.t_s, now_, late_limit_, settings_.time_jump_limit_s, newest_s);
-        using Place = typename decltype(stamps_)::Place;
-        if (placed.how == Place::left_out) return Outcome::ok;
-        if (placed.t_s < late_limit_ - sample_instant_s(late_limit_)) {
-            ++refused.late;
-            stamps_.note_late(sample.channel, newest_s());
-            return Outcome::late;
-        }
-        Event* event = queue_.insert(sample, placed.t_s, 1);
-        if (event && placed.how == Place::jumped) event->present |= new_time_base;
-        return event ? Outcome::ok : Outcome::full;
+        if (!queue_.full()) return place(sample);
+        const auto before = stamps_;
+        const Outcome outcome = place(sample);
+        if (outcome == Outcome::full) stamps_ = before;
+        return outcome;
     }
 
     // Queues all samples of a stamp that is later than every other, with the effect of separate pushes. False: nothing was
@@ -131,7 +122,7 @@ public:
         return true;
     }
 
-    // Reserves `count` more samples, whatever their times.
+    // Whether so many more samples have room, whatever their times.
     bool has_room(int count) const { return queue_.size() + count <= settings_.queue_capacity; }
 
     // Uses the samples up to t_s and shows the estimate there. All events without a valid state are dropped at once:
@@ -347,6 +338,23 @@ public:
     Refused refused{};
 
 private:
+    Outcome place(const Sample& sample) {
+        if constexpr (!has_fixed_size<Model>)
+            if (same_instant(sample.t_s, stamps_.last_s(sample.channel)) && has_again(sample)) return Outcome::ok;
+        const auto newest_s = [this] { return std::max(now_, queue_.event(queue_.size() - 1).t_s); };
+        const auto placed = stamps_.place(sample.channel, sample.t_s, now_, late_limit_, settings_.time_jump_limit_s, newest_s);
+        using Place = typename decltype(stamps_)::Place;
+        if (placed.how == Place::left_out) return Outcome::ok;
+        if (placed.t_s < late_limit_ - sample_instant_s(late_limit_)) {
+            ++refused.late;
+            stamps_.note_late(sample.channel, newest_s());
+            return Outcome::late;
+        }
+        Event* event = queue_.insert(sample, placed.t_s, 1);
+        if (event && placed.how == Place::jumped) event->present |= new_time_base;
+        return event ? Outcome::ok : Outcome::full;
+    }
+
     using Sizes = decltype(sizes_of(std::declval<const Model&>()));
     using Queue = EventQueue<Sizes>;
     using Real = model_concept::Real<Model>;

@@ -286,16 +286,8 @@ void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     s.earth_rate[0] = s.earth_rate[1] = 0;
     vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
     vec(s.x + 3).setZero();
-    for (int i = 0; i < 3; ++i) {
-        const double colour2 = s.slow_m[i == 2] * s.slow_m[i == 2];
-        const double wide = options_.start_sigma_position_m, fast = options_.start_sigma_velocity_m_s * (i == 2 ? 0.2 : 1);
-        s.in_t.colour[i] = 0;
-        s.in_t.gained[i] = 0;
-        P[row_colour + i][row_colour + i] = colour2;
-        P[row_d + i][row_d + i] = p[3 + i] * p[3 + i] + wide * wide + colour2;
-        P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour2;
-        P[row_v + i][row_v + i] = fast * fast;
-    }
+    for (int i = 0; i < 3; ++i) s.in_t.colour[i] = s.in_t.gained[i] = 0;
+    put_place(s, P, p + 3, options_.start_sigma_position_m);
     P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
     s.u[0] = s.u[1] = 0;
     s.circle = any;

@@ -75,7 +75,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     const double* value = event.value[position];
     const bool free = is_free(s);
     constexpr double lost2 = 0.35 * 0.35;
-    bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !state_given(options_) && !is_elsewhere(s, event);
+    bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !has_given_state(s) && !is_elsewhere(s, event);
     if (free && position_jumped(s, event)) {
         ++s.inflated[position];
         note_refusal(s, position, true, event.t_s);

@@ -59,11 +59,12 @@ void Model::note(State& s, const Event& event) const {
 }
 
 void Model::try_start(State& s, const Event& event) const {
-    const bool has_place = event.has(position) || (place_given(options_) && s.has(event, imu));
+    const bool stays = place_given(options_) && s.used[position] == 0; // nothing else will say where it is
+    const bool has_place = event.has(position) || (s.has(event, imu) && (stays || has_given_place(s)));
     const bool has_inertial = s.has(event, imu) || !has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s);
     if (s.phase != Phase::levelling || !has_place || !has_inertial) return;
     Tilt tilt;
-    if (state_given(options_) || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
+    if (has_given_state(s) || find_tilt(s, event.t_s, &tilt)) start(s, event, tilt);
 }
 
 void Model::jump(State& s, const Event& event) const {

@@ -88,6 +88,9 @@ public:
     Model() = default;
     explicit Model(const Options& options) : options_(with_body(options)) {}
     const Options& options() const { return options_; }
+    // A given state and a given place are those of the first start. After a loss the body is elsewhere.
+    bool has_given_state(const State& s) const { return state_given(options_) && s.times_lost == 0; }
+    bool has_given_place(const State& s) const { return place_given(options_) && s.times_lost == 0; }
     // Where each correction is recorded; null: it is not.
     void record_corrections(Step* step) { step_ = step; }
     // The state does not step: nothing is looked for in innovations.
@@ -180,6 +183,8 @@ private:
     Tilt tilt_by_velocity(const State& s, double now_s) const;
     bool find_tilt(const State& s, double now_s, Tilt* tilt) const;
     void start(State& s, const Event& event, const Tilt& tilt) const;
+    double start_velocity_sigma(const State& s, int axis) const;
+    void put_place(const State& s, Covariance& P, const double* sigma_m, double wide_m) const;
     void start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const;
     void anchor(State& s, const earth::Place& place) const;
     void begin_levelling(State& s) const;

@@ -52,7 +52,7 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     const double off = vec(s.in_t.colour).head<2>().norm();
     const bool agree = s.fit(position).bias() < usual_bias && off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
     n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
-                        (place_given(options_) || is_earned(s.information_position, options_.ready_position_m));
+                        (has_given_place(s) || is_earned(s.information_position, options_.ready_position_m));
 }
 
 Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean force of a vehicle
 constexpr double given_place_m = 0.1; // sigma of a place that is given; chosen: users measure no better, and no variance is 0
-constexpr double wide_velocity_share = 0.2; // vertical velocities are smaller than horizontal ones
+constexpr double any_velocity_m_s = 90; // an aircraft in any direction
 
 // Means of cos, cos^2 and sin^2 of an angle with the density exp(strength cos angle) on the circle.
 struct OnCircle {
@@ -226,6 +226,24 @@ bool Model::find_tilt(const State& s, double now_s, Tilt* tilt) const {
     return true;
 }
 
+// The sigma of a given velocity says nothing of another one. Vertical velocities are smaller than horizontal ones.
+double Model::start_velocity_sigma(const State& s, int axis) const {
+    constexpr double vertical_share = 0.2;
+    const double unknown = state_given(options_) && !has_given_state(s) ? any_velocity_m_s : 0;
+    return std::fmax(unknown, options_.start_sigma_velocity_m_s) * (axis == 2 ? vertical_share : 1);
+}
+
+// Position, colour and velocity at a fix of these sigmas. wide_m: sigma of what is unknown beyond them.
+void Model::put_place(const State& s, Covariance& P, const double* sigma_m, double wide_m) const {
+    for (int i = 0; i < 3; ++i) {
+        const double colour2 = square(s.slow_m[i == 2]);
+        P[row_colour + i][row_colour + i] = colour2;
+        P[row_d + i][row_d + i] = square(sigma_m[i]) + square(wide_m) + colour2;
+        P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour2;
+        P[row_v + i][row_v + i] = square(start_velocity_sigma(s, i));
+    }
+}
+
 // The sigma of the first position contains start_sigma_position_m, so that a bad first fix does no harm.
 void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
     Covariance P = Covariance::of(s);
@@ -234,20 +252,14 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     s.slow_m[0] = s.slow_before_m[0] = slow_sigma(first_sigma.head<2>().maxCoeff(), false);
     s.slow_m[1] = s.slow_before_m[1] = slow_sigma(first_sigma[2], true);
-    for (int i = 0; i < 3; ++i) {
-        const double colour = s.slow_m[i == 2], wide = place_given(options_) ? given_place_m : options_.start_sigma_position_m;
-        put(row_colour + i, colour);
-        P[row_d + i][row_d + i] = first_sigma[i] * first_sigma[i] + wide * wide + colour * colour;
-        P[row_d + i][row_colour + i] = P[row_colour + i][row_d + i] = -colour * colour;
-        put(row_v + i, options_.start_sigma_velocity_m_s * (i == 2 ? wide_velocity_share : 1));
-    }
+    put_place(s, P, first_sigma.data(), has_given_place(s) ? given_place_m : options_.start_sigma_position_m);
     put(row_scale, options_.start_sigma_speed_scale);
     put(row_mount, options_.start_sigma_mounting_rad);
     put(row_mount + 1, options_.start_sigma_mounting_rad);
     put(row_latency, options_.start_sigma_latency_s);
-    const double tilt = found.by_velocity || state_given(options_) ? options_.start_sigma_tilt_rad
-                                                                   : std::fmax(mean_force_tilt, options_.start_sigma_tilt_rad);
-    if (state_given(options_)) {
+    const bool sharp = has_given_state(s) || (found.by_velocity && !state_given(options_));
+    const double tilt = std::fmax(sharp ? 0 : mean_force_tilt, options_.start_sigma_tilt_rad);
+    if (has_given_state(s)) {
         put(row_phi, tilt);
         put(row_phi + 1, tilt);
         put(row_phi + 2, options_.start_sigma_heading_rad);
@@ -287,25 +299,28 @@ void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& f
     P.keep(s);
 }
 
-// Starts at the first fix after the window, or at the given place.
+// Starts at the first fix after the window, or at the given place; after a loss without fixes at the last place, which is as uncertain as
+// it is far from the given one.
 void Model::start(State& s, const Event& event, const Tilt& tilt) const {
+    const bool given = has_given_state(s);
     const Vector3 down_b = tilt.down_b;
-    Vector3 sigma = Vector3::Zero();
+    Vector3 sigma;
     if (event.has(position)) {
         const double* p = event.value[position];
         anchor(s, {p[0], p[1], p[2]});
         sigma = vec(p + 3);
+    } else {
+        sigma.setConstant(vec(s.x).norm());
     }
     const double roll = std::atan2(down_b[1], down_b[2]), pitch = std::atan2(-down_b[0], std::hypot(down_b[1], down_b[2]));
     const Quaternion level = multiply(rotation_quaternion(Vector3(0, pitch, 0)), rotation_quaternion(Vector3(roll, 0, 0)));
-    quat(s.x + 6) = state_given(options_) ? Quaternion(options_.start_q_nb).normalized() : level;
-    vec(s.x + 3) = state_given(options_) ? Vector3(options_.start_velocity_n_m_s) : Vector3(Vector3::Zero());
-    vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
-    if (place_given(options_) && !event.has(position)) vec(s.x).setZero();
-    s.u[0] = state_given(options_) ? 1 : 0;
+    quat(s.x + 6) = given ? Quaternion(options_.start_q_nb).normalized() : level;
+    vec(s.x + 3) = given ? Vector3(options_.start_velocity_n_m_s) : Vector3(Vector3::Zero());
+    if (event.has(position)) vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
+    s.u[0] = given ? 1 : 0;
     s.u[1] = 0;
-    if (!state_given(options_)) s.earth_rate[0] = s.earth_rate[1] = 0;
-    s.circle = state_given(options_) ? Circle{} : any;
+    if (!given) s.earth_rate[0] = s.earth_rate[1] = 0;
+    s.circle = given ? Circle{} : any;
     s.external = {};
     s.placed_s = event.t_s;
     for (double& e : s.mean) e = 0;
@@ -317,7 +332,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
-    s.phase = state_given(options_) ? Phase::navigating : Phase::any_heading;
+    s.phase = given ? Phase::navigating : Phase::any_heading;
     if (event.has(velocity)) {
         // The second velocity is compared with this one, because nothing else is known yet.
         s.gates.velocity_s = s.gates.fitting_s = event.t_s;
@@ -341,9 +356,9 @@ State Model::once_more(State s, const State& later, double known_s) const {
         if (row < row_gyro || row >= row_u) P.forget(row);
     const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
     for (int i = 0; i < 3; ++i) {
-        const double fast = options_.start_sigma_velocity_m_s * (i == 2 ? wide_velocity_share : 1), colour = s.slow_m[i == 2];
+        const double fast = start_velocity_sigma(s, i), colour = s.slow_m[i == 2];
         put(row_colour + i, colour);
-        put(row_d + i, place_given(options_) ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
+        put(row_d + i, has_given_place(s) ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
         put(row_v + i, fast);
         put(row_phi + i, i == 2 ? any_heading : any_tilt);
         s.in_t.colour[i] = 0;

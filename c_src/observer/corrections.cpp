@@ -260,12 +260,13 @@ void Model::inflate(double* part, double since_s) const {
     pack_upper(P, p.N, part + at.P);
 }
 
-// The largest eigenvalue of L P L', from below, by power iteration.
+// The largest eigenvalue of L P L', from below, by power iteration from a vector that no symmetry of P makes orthogonal to its direction.
 double Model::largest_variance(const double* P, double* vector, double* next) const {
     const Problem& p = *problem_;
     constexpr int powers = 40;
+    constexpr double golden = 0.6180339887498949;
     double largest = 0, length = 1;
-    std::fill_n(vector, p.N, 1.0 / std::sqrt(p.N));
+    for (int i = 0; i < p.N; ++i) vector[i] = std::fmod((i + 1) * golden, 1.0) - 0.5;
     for (int k = 0; k < powers && length > 0; ++k) {
         double sum = 0;
         for (int i = 0; i < p.N; ++i) {

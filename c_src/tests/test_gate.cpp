@@ -93,6 +93,34 @@ TEST(Consistency, InnovationsAsPredictedChangeNothing) {
     }
 }
 
+TEST(Consistency, TheMeanOfAnyNumberOfRowsIsOneByChance) {
+    for (const int rows : {1, 2, 3}) {
+        std::mt19937_64 engine(5);
+        std::normal_distribution<double> normal;
+        Consistency fit;
+        fit.begin(1);
+        double sum[Consistency::windows] = {};
+        constexpr int samples = 20000, settled = 1000;
+        for (int k = 0; k < samples; ++k) {
+            const double r[3] = {normal(engine), normal(engine), normal(engine)}, variance[3] = {1, 1, 1};
+            fit.note(r, variance, rows, false, false, 0.2 * k);
+            for (int w = 0; w < Consistency::windows; ++w) sum[w] += k < settled ? 0 : fit.bias(w);
+        }
+        for (const double total : sum) EXPECT_NEAR(total / (samples - settled), 1, 0.25) << rows;
+    }
+}
+
+// Positions that jump are noted with two rows, others with three: the difference of the two is no noise.
+TEST(Consistency, AnInnovationOfFewerRowsIsNoSuccessor) {
+    Consistency fit;
+    fit.begin(1);
+    const double large[3] = {50, -50, 50}, jump[2] = {-50, 50}, variance[3] = {1, 1, 1};
+    for (int k = 0; k < 20; ++k) {
+        fit.note(k % 2 ? jump : large, variance, k % 2 ? 2 : 3, true, true, k);
+    }
+    EXPECT_EQ(fit.noise, 1);
+}
+
 TEST(Consistency, NoiseBeyondWhatIsStatedIsLearntAndForgotten) {
     const Consistency fit = after(300, 0.2, 10, 0);
     EXPECT_NEAR(fit.noise, 100, 50);

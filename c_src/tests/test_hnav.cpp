@@ -626,6 +626,34 @@ TEST(BadInput, AFullQueueSaysSoAndLosesNothing) {
     EXPECT_EQ(f.diagnostics().used[HNAV_SENSOR_ACCEL], 5u);
 }
 
+// A sample that was refused for want of room leaves no trace: pushed again it is the first of its instant.
+TEST(BadInput, ASampleThatIsPushedAgainAfterAFullQueueKeepsItsInstant) {
+    int refused = 0;
+    const auto posterior = [&refused](std::int32_t capacity) {
+        hnav_hrekf_options o = precise();
+        o.queue_capacity = capacity;
+        Handle f(o);
+        const double rate[3] = {0.1, 0.02, -0.3}, field[3] = {2e-5, 0, 4e-5};
+        for (int k = 0; k < 80; ++k) {
+            const double t_s = 0.01 * k, force[3] = {0.1 * std::sin(k), 0, -9.81};
+            const auto push = [&] { return hnav_filter_push_gyro(f, t_s, rate); };
+            if (push() != HNAV_OK) {
+                ++refused;
+                f.advance(t_s - 0.01);
+                EXPECT_EQ(push(), HNAV_OK);
+            }
+            EXPECT_EQ(hnav_filter_push_accel(f, t_s, force), HNAV_OK);
+            EXPECT_EQ(hnav_filter_push_mag(f, t_s, field), HNAV_OK);
+        }
+        f.advance(0.79);
+        return f.posterior();
+    };
+    const auto roomy = posterior(100);
+    EXPECT_EQ(refused, 0);
+    EXPECT_TRUE(same_bits(posterior(4), roomy));
+    EXPECT_GT(refused, 10);
+}
+
 TEST(BadInput, AClockThatStandsStillDoesNotFillTheQueueForGood) {
     hnav_hrekf_options o = precise();
     o.queue_capacity = 6;

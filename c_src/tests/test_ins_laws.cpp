@@ -122,6 +122,48 @@ TEST(InsStart, AGivenStateIsTheFirstOne) {
     EXPECT_NEAR(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - truth.heading(0.2)), 0, 2 * deg);
 }
 
+// While no samples came the vehicle went on and turned.
+TEST(InsStart, AfterAGapTheGivenStateIsNotTheFirstOneAgain) {
+    const Truth truth = winding(town, 1);
+    Flight run(given(truth));
+    for (int i = 1; i <= 6000; ++i) {
+        if (i > 1000 && i < 1500) continue;
+        feed(run, truth, i);
+        ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
+        if (!run.filter.shown().started()) continue;
+        const ins::Navigation n = run.shown();
+        const double off = std::fabs(wrap_angle(roll_pitch_yaw(n.q_nb)[2] - truth.heading(0.01 * i)));
+        if (n.heading_ready) {
+            ASSERT_LT(off, 5 * deg) << i;
+        }
+        if (i > 1500 && run.filter.shown().phase == Phase::navigating) {
+            ASSERT_LT(off, 4 * n.sigma_rotation[2] + 1 * deg) << i;
+        }
+    }
+    EXPECT_EQ(run.filter.newest().times_lost, 1u);
+    EXPECT_EQ(run.filter.newest().phase, Phase::navigating);
+}
+
+TEST(InsStart, AfterAGapTheGivenPlaceIsNotTheFirstOneAgain) {
+    const Truth truth = winding(town, 1);
+    ins::Options o = usual();
+    o.start_place = HNAV_INS_PLACE_GIVEN;
+    o.start_latitude_rad = town.latitude_rad;
+    o.start_longitude_rad = town.longitude_rad;
+    o.start_height_m = town.height_m;
+    Flight run(o);
+    for (int i = 1; i <= 6000; ++i) {
+        if (i > 4000 && i < 4350) continue;
+        feed(run, truth, i);
+        ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
+        if (i < 4350 || !run.filter.shown().started()) continue;
+        const ins::Navigation n = run.shown();
+        ASSERT_LT((n.position_e - truth.position_e(0.01 * i)).norm(), 4 * n.sigma_position.norm()) << i;
+    }
+    EXPECT_EQ(run.filter.newest().times_lost, 1u);
+    EXPECT_TRUE(run.filter.shown().started());
+}
+
 // ------------------------------------------------------------------------------------------------ covariance
 
 // While the heading is unknown the rate of the Earth is linear in u: so is its effect on velocity and attitude.
@@ -471,6 +513,30 @@ TEST(InsRest, AHeadingThatTheGyroscopesHaveLostIsSearchedAgainFromAWidePosition)
     EXPECT_LE(now.times_lost, 3u);
     EXPECT_EQ(now.phase, Phase::any_heading);
     EXPECT_LT((run.shown().position_e - truth.position_e(60)).norm(), 3);
+}
+
+// A body that rests at its given place and has no satellites aligns itself again.
+TEST(InsStart, AfterAGapWithoutAnyFixTheGivenPlaceIsUncertain) {
+    const Truth truth = standing();
+    ins::Options o = usual();
+    o.start_place = HNAV_INS_PLACE_GIVEN;
+    const earth::Place place = earth::place_of(truth.position_e(0));
+    o.start_latitude_rad = place.latitude_rad;
+    o.start_longitude_rad = place.longitude_rad;
+    o.start_height_m = place.height_m;
+    Flight run(o);
+    for (int i = 1; i <= 4000; ++i) {
+        if (i > 2000 && i < 2300) continue;
+        run.push_imu(truth, 0.01 * i);
+        ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
+        if (i == 2000) {
+            EXPECT_TRUE(run.shown().position_ready);
+        }
+    }
+    EXPECT_EQ(run.filter.newest().times_lost, 1u);
+    EXPECT_TRUE(run.filter.shown().started());
+    EXPECT_FALSE(run.shown().position_ready);
+    EXPECT_GT(run.shown().sigma_position[0], 0.9 * o.start_sigma_position_m);
 }
 
 // ------------------------------------------------------------------------------------------------ monitors

@@ -24,10 +24,12 @@ struct Sample {
 // A hand that turns and shakes, with the noise of consumer sensors; damage changes samples from from_s on.
 class Hand {
 public:
-    Hand(bool ahrs, std::function<void(Sample&)> damage) : damage_(std::move(damage)) {
+    Hand(bool ahrs, std::function<void(Sample&)> damage, std::int32_t start_mode = HNAV_START_TRIAD)
+        : damage_(std::move(damage)) {
         char message[256];
         hnav_ahrs_options a = hnav_ahrs_defaults(HNAV_PRESET_DEFAULT);
         hnav_hrekf_options h = hnav_hrekf_defaults(HNAV_PRESET_DEFAULT);
+        a.start_mode = h.start_mode = start_mode;
         h.gyro_hold = HNAV_GYRO_HOLD_BACKWARD;
         const hnav_status status = ahrs ? hnav_ahrs_create(&filter_, &a, message, sizeof message)
                                         : hnav_hrekf_create(&filter_, &h, message, sizeof message);
@@ -226,6 +228,21 @@ TEST(Recovery, AGapInWhichTheBodyTurnedIsFoundOut) {
         EXPECT_LT(hand.falsely_ready, 0.01 * hand.rows);
         EXPECT_GE(hand.health().times_lost, 1u);
         EXPECT_EQ(hand.health().lost, 0);
+    }
+}
+
+// The given attitude is that of the first start.
+TEST(Recovery, AfterAGapTheGivenAttitudeIsNotTheFirstOneAgain) {
+    for (const std::int32_t start_mode : {HNAV_START_ATTITUDE, HNAV_START_HEADING}) {
+        for (const bool ahrs : {true, false}) {
+            Hand hand(ahrs, [](Sample&) {}, start_mode);
+            hand.run(30);
+            hand.skip(86400);
+            hand.turn(M_PI / 2);
+            hand.run(10);
+            EXPECT_LT(hand.rotation_error(), 3 * hand.rotation_sigma()) << start_mode << ahrs;
+            EXPECT_LT(hand.falsely_ready, 0.01 * hand.rows) << start_mode << ahrs;
+        }
     }
 }
 

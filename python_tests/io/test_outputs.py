@@ -3,6 +3,8 @@
 import errno
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -198,3 +200,17 @@ def test_thousands_of_outputs_are_held_against_thousands_of_inputs_at_once(tmp_p
     made[-1].symlink_to(inputs[-1])
     with pytest.raises(HnavError, match="is read by this command"):
         refuse_overwriting(made, inputs)
+
+
+def test_the_package_needs_no_module_that_windows_lacks():
+    """Every module of hnav is imported without them."""
+    code = """
+import importlib, pkgutil, sys
+sys.modules.update(dict.fromkeys(("fcntl", "termios", "resource", "grp", "pwd", "pty", "tty")))
+import hnav
+for module in pkgutil.walk_packages(hnav.__path__, "hnav."):
+    if not module.name.endswith("__main__"):
+        importlib.import_module(module.name)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]

@@ -43,6 +43,25 @@ def test_the_covariance_before_a_correction_is_that_of_the_formula(rate):
         assert [run.x["x"][k], run.x["v"][k]] == pytest.approx(x, abs=1e-4)
 
 
+@pytest.mark.parametrize("rate", [0.1, 1.0, 10.0])
+def test_of_two_equal_states_whose_sum_is_measured_the_difference_is_found(rate):
+    """The largest variance lies along (1, -1), on which the vector of ones has no part."""
+    plant = hnav.Plant(
+        lambda t, x, u, p: [0.0, 0.0], lambda t, x, u, p: x[0] + x[1], states={"a": 0.0, "b": 0.0}, sensors=["sum"]
+    )
+    plan = hnav.Plan(plant).sensor("sum", noise=0.1).state("a", start_sigma=1.0).state("b", start_sigma=1.0)
+    plan.options = {"robust_rate_1_s": rate}
+    n = 4
+    run = Observer(plan).run(T * np.arange(n), {"sum": np.zeros(n)})
+    P, h = np.eye(2), np.ones(2)
+    for k in range(n):
+        if k:
+            theta = min(0.95, 1 - np.exp(-rate * T)) / np.linalg.eigvalsh(P)[-1]
+            P = np.linalg.inv(np.linalg.inv(P) - theta * np.eye(2))
+        P = P - np.outer(P @ h, P @ h) / (h @ P @ h + 0.1**2)
+        assert run.covariance[k] == pytest.approx(P, rel=1e-6), k
+
+
 def test_a_model_that_is_not_right_is_followed():
     """The spring is a fifth stiffer than the model, which has no noise."""
     t_s, y = samples(300, k=4.8)

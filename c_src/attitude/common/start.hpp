@@ -29,6 +29,15 @@ struct StartSettings {
           samples(static_cast<std::uint64_t>(o.start_samples)),
           sigma_heading(R(o.start_sigma_heading_rad)),
           field_wait_s(wait_s) {}
+
+    // A given attitude is that of the beginning: after a loss the samples determine it, and without a field the heading is unknown.
+    StartSettings after_loss() const {
+        constexpr double field_s = 1; // far longer than the period of any magnetometer
+        StartSettings s = *this;
+        if (mode != StartMode::triad) s.field_wait_s = field_s;
+        s.mode = StartMode::triad;
+        return s;
+    }
 };
 
 // From the options that all attitude filters share.

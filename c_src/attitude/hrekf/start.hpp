@@ -59,7 +59,8 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
 template <class R>
 void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     FirstAttitude<R> found;
-    if (!s.start.add(event, s.usable(event), turn_rate(s), start_, &found)) return;
+    const StartSettings<R> settings = s.lost ? start_.after_loss() : start_;
+    if (!s.start.add(event, s.usable(event), turn_rate(s), settings, &found)) return;
     put_q(s, found.q);
     put_covariance(s, found.sigma_heading, bias_covariance(s));
     if (!s.has_reference && s.start.has_field(start_)) learn(s, found.q, s.start.field());

@@ -26,7 +26,7 @@ void Smoother::go_back(const Way& way, const Target* target) {
                 const double filtered2 = node.state.P[packed(row_phi + 2, row_phi + 2)],
                              smoothed2 = now.P[row_phi + 2][row_phi + 2];
                 const bool wide = filtered2 > std::fmax(square(linear_rad), square(sharper) * smoothed2);
-                if (!state_given(way.model.options()) && (!linked || (wide && !tried))) {
+                if (!way.model.has_given_state(node.state) && (!linked || (wide && !tried))) {
                     covered = go_back_before(Node(node), now, piece);
                     tried = true;
                     go_through(way, piece);

@@ -51,7 +51,7 @@ bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, S
 // Returns the time of the place.
 double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
     double at_s = s.last_event_s;
-    bool has_place = place_given(model_.options()), has_velocity = false;
+    bool has_place = model_.has_given_place(s), has_velocity = false;
     if (has_place) vec(s.x).setZero();
     vec(s.x + 3).setZero();
     for (; aid < recording_.aids() && recording_.aid(aid).t_s <= s.last_event_s && !(has_place && has_velocity); ++aid) {

@@ -8,17 +8,20 @@ Content is written under a temporary name beside its target (.NAME.xxxxxxxx.part
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import secrets
 import stat
+import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from hnav.errors import HnavRuntimeError, HnavValueError
+from hnav.io.locks import lock
 
+BINARY = getattr(os, "O_BINARY", 0)
+"""Of os.open: on Windows it would otherwise write line ends of its own."""
 PART = ".part"
 STEM_CHARACTERS = 40  # characters of the target's name in the temporary name, whose length is limited
 
@@ -130,17 +133,19 @@ def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | No
     stem = f".{target.name[:STEM_CHARACTERS]}."
     _remove_left_over(target.parent, stem)
     part = target.with_name(f"{stem}{secrets.token_hex(4)}{PART}")
-    descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, 0o666)
     try:
         with os.fdopen(descriptor, "wb") as file:
             # The lock is held until this process ends: a file with a free lock is abandoned and may be removed.
             with suppress(OSError):
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock(descriptor)
             if target.exists():
-                os.fchmod(descriptor, target.stat().st_mode & 0o7777)
+                part.chmod(target.stat().st_mode & 0o7777)
             file.writelines(pieces)
             file.flush()
             os.fsync(descriptor)
+            if sys.platform == "win32":
+                file.close()  # an open file cannot be renamed
             yield part
     finally:
         part.unlink(missing_ok=True)
@@ -150,13 +155,16 @@ def _remove_left_over(folder: Path, stem: str) -> None:
     """Temporary files that killed processes have left of earlier attempts."""
     for part in folder.iterdir():
         if part.name.startswith(stem) and part.name.endswith(PART):
-            with suppress(OSError), part.open("rb") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with suppress(OSError):
+                with part.open("rb") as file:
+                    lock(file.fileno())
                 part.unlink()
 
 
 def _settle(folder: Path) -> None:
     """Writes the folder to the disk: after a loss of power names could otherwise return in another order."""
+    if sys.platform == "win32":
+        return  # a folder cannot be opened
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -6,7 +6,6 @@ records belong to; records of another kind are never mixed in.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import zlib
@@ -15,7 +14,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from hnav.errors import HnavValueError
-from hnav.io.outputs import writing
+from hnav.io.locks import lock
+from hnav.io.outputs import BINARY, writing
 
 SHOWN_CHARACTERS = 60  # of a value in a message
 
@@ -29,11 +29,12 @@ class RecordFile:
 
     def __init__(self, path: Path, head: Mapping[str, Any]):
         self.path = path
+        self._is_needless = False
         self.records: list[Any] = []
         """As JSON gives them back, in the order in which they came."""
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | BINARY, 0o666)
             try:
                 self._lock()
                 self._size = self._read(_line(head))
@@ -49,10 +50,11 @@ class RecordFile:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Removes a file without records."""
-        if not self.records:
-            self.remove()
-        os.close(self._descriptor)
+        """A file without records is removed."""
+        os.close(self._descriptor)  # Windows removes no open file
+        if self._is_needless or not self.records:
+            with writing(self.path):
+                self.path.unlink(missing_ok=True)
 
     def add(self, record: Any) -> Any:
         """Adds a record, which is on the disk when this returns; answers it as it will be read. Raises OutputError."""
@@ -63,13 +65,12 @@ class RecordFile:
         return self.records[-1]
 
     def remove(self) -> None:
-        """The file is no longer needed."""
-        with writing(self.path):
-            self.path.unlink(missing_ok=True)
+        """The file is no longer needed: it is removed at the end of the context."""
+        self._is_needless = True
 
     def _lock(self) -> None:
         try:
-            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._descriptor)
         except BlockingIOError:
             raise HnavValueError(
                 "option", f"{self.path}: another process is adding to it; let it end, or name another file"
