@@ -20,7 +20,8 @@ struct RestDetector {
     R mean_rate[3], mean_force[3];
     R slow_rate[3]; // mean of the mean rate
     R wander2, wander_now2; // mean square of what the mean rate departs from slow_rate by, and the present one, of one axis
-    R still_s;
+    R quiet_s; // both have been within their thresholds for so long
+    R still_s; // likewise, since the filter last took the mean rate for a turn
     R force_still; // 1: the last force sample was within its threshold
 
     void clear(const Vector3Of<R>& rate, const Vector3Of<R>& force) {
@@ -37,6 +38,7 @@ struct RestDetector {
         mean += interval_s / (R(o.rest_filter_s) + interval_s) * (rate - mean);
         const bool still = (rate - mean).squaredNorm() <= R(o.rest_rate_rad_s) * R(o.rest_rate_rad_s) &&
                            mean.cwiseAbs().maxCoeff() <= R(o.rest_mean_rate_rad_s) && force_still > 0;
+        quiet_s = still ? quiet_s + interval_s : 0;
         still_s = still ? still_s + interval_s : 0;
     }
 

@@ -602,6 +602,48 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
     EXPECT_TRUE(model.field_estimate(s).at_rest);
 }
 
+// Gravity was removed, or the force has another unit.
+TEST(Ahrs, AtRestWithoutGravityNothingIsReady) {
+    const AhrsModel model(settings());
+    for (const double strength : {0.02, 1.0, 9.7, 9.9, 20.0}) {
+        Turning still;
+        still.rate_b.setZero();
+        State s = state_at_start(model);
+        for (int k = 0; k <= 6000; ++k) {
+            AttitudeEvent e = still.event(0.005 * k);
+            for (int i = 0; i < 3; ++i) e.value[accel][i] *= strength / AhrsModel::gravity_m_s2;
+            model.before_flow(s, e);
+            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
+            model.jump(s, e);
+        }
+        const bool is_gravity = std::fabs(strength - 9.8) < 1;
+        EXPECT_EQ(model.estimate(s).tilt_ready, is_gravity) << strength;
+        EXPECT_EQ(model.estimate(s).heading_ready, is_gravity) << strength;
+    }
+}
+
+// A slow turn and a step of the bias look the same to the gyroscope and to the force; the field distinguishes them.
+TEST(Ahrs, AtRestAStepOfTheBiasIsLearntAndASlowTurnIsNot) {
+    const AhrsModel model(settings());
+    constexpr double deg = M_PI / 180;
+    for (const Vector3& step : {Vector3(0.3, 0, 0), Vector3(0.2, -0.3, 0.4), Vector3(0, 0, -1)}) {
+        for (const bool turns : {false, true}) {
+            Turning still;
+            still.rate_b.setZero();
+            State s = state_at_start(model);
+            follow(model, s, still, 30);
+            Turning then = still;
+            (turns ? then.rate_b : then.bias) = step * deg;
+            follow(model, s, then, 10, 30.005);
+            EXPECT_LT((Vector3(s.bias) - then.bias).norm(), 0.1 * deg) << step.transpose() << turns;
+            if (turns) continue;
+            const double off = angle_between(Quaternion(s.x), still.q(0));
+            EXPECT_LT(off, 1.5 * deg) << step.transpose();
+            EXPECT_LT(off, 3 * std::sqrt(s.P[AhrsModel::packed(AhrsModel::rotation + 2, AhrsModel::rotation + 2)]));
+        }
+    }
+}
+
 TEST(Ahrs, WhatItTellsOfItsCovarianceAgrees) {
     const AhrsModel model(settings());
     State s = state_at_start(model);

@@ -5,11 +5,14 @@
 
 namespace hnav {
 
-// Whether the body is at rest: rate and force are quiet, and neither the field (of a given body) nor the bias shows a turn.
+// Whether the body is at rest: rate and force are quiet, and neither the field (of a given body) nor the bias shows a turn. A mean rate that
+// is not the bias is a turn of the body, unless the field would have turned: then the bias has stepped.
 template <class R>
-bool AhrsModelOf<R>::is_at_rest(State& s, const Correction& c) const {
-    constexpr R gate_nis = 16; // three degrees of freedom; beyond it the mean rate is a turn of the body, not the bias
-    if (is_given_to_travel() && !is_field_still(s)) {
+bool AhrsModelOf<R>::is_at_rest(State& s, Correction& c) const {
+    constexpr R gate_nis = 16; // three degrees of freedom
+    const bool turned = !is_field_still(s);
+    if (turned) s.still_field.begin();
+    if (turned && is_given_to_travel()) {
         s.rest.still_s = 0;
         return false;
     }
@@ -17,24 +20,37 @@ bool AhrsModelOf<R>::is_at_rest(State& s, const Correction& c) const {
     s.rest.note_wander(s.x[13]);
     const Vector3R from_bias = Vector3R(s.rest.mean_rate) - Vector3R(s.bias);
     if (normalised_square<3, R>(block<3, 3>(c.P, bias, bias), from_bias) <= gate_nis) return true;
+    if (s.still_field.excludes_turn()) {
+        admit_bias_at_rest(s, c, from_bias);
+        return true;
+    }
     s.rest.still_s = 0;
     return false;
 }
 
+// The bias has been wrong by so much, and the attitude has drifted by the turn that was none.
+template <class R>
+void AhrsModelOf<R>::admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias) {
+    const Vector3R drifted = rotation_matrix<R>(QuaternionR(s.x)) * Vector3R(s.still_field.turn);
+    diagonal<3>(c.P, bias) += from_bias.cwiseAbs2();
+    diagonal<3>(c.P, rotation) += drifted.cwiseAbs2();
+    s.still_field.begin();
+    begin_steps(s);
+}
+
 template <class R>
 bool AhrsModelOf<R>::is_field_still(State& s) const {
-    if (!(s.rest.still_s > s.x[13])) s.still_field.still_s = 0;
-    if (!(s.rest.still_s > 0 && s.field_count > 0)) return true;
+    if (!(s.rest.quiet_s > s.x[13])) s.still_field.begin();
+    if (!(s.rest.quiet_s > 0 && s.field_count > 0)) return true;
     const Vector3R field_b = rotation_matrix<R>(QuaternionR(s.x)).transpose() * Vector3R(s.field_sum) / s.field_count;
-    return s.still_field.note(field_b, s.field_s);
+    return s.still_field.note(field_b, Vector3R(s.rest.mean_rate) - Vector3R(s.bias), s.field_s);
 }
 
 // Whether an unknown body rests, if it is a vehicle: the field has been constant in body axes for longer than a bend would allow, and the
 // force is vertical.
 template <class R>
-bool AhrsModelOf<R>::is_vehicle_at_rest(State& s, bool rests) const {
+bool AhrsModelOf<R>::is_vehicle_at_rest(const State& s, bool rests) const {
     constexpr R bend_s = 2;
-    if (!is_field_still(s)) s.still_field.still_s = 0;
     if (!rests || !(s.still_field.still_s > bend_s || s.used[mag] == 0)) return false;
     const Vector3R level = rotation_matrix<R>(QuaternionR(s.x)) * Vector3R(s.rest.mean_force) / R(gravity_m_s2);
     return s.vehicle_tilt.is_level(level.data());

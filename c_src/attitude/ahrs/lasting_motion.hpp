@@ -98,6 +98,12 @@ struct LastingMotion {
         return std::fabs(Vector3Of<R>(mean_force).norm() / mean_share - expected) > longer_m_s2;
     }
 
+    // Whether the force at the last rest was not gravity: it has another unit, or gravity was removed from it.
+    bool lacks_gravity(R g) const {
+        constexpr R most_m_s2 = R(1.5); // error of the worst accelerometers
+        return rest_force > 0 && std::fabs(rest_force - g) > most_m_s2;
+    }
+
     // Spectral density of the velocity at frequency zero, (m/s)^2/Hz, 2 sigma^2 tau, largest over the scales.
     R density2() const {
         R most = 0;

@@ -154,7 +154,7 @@ private:
     bool tilt_ready(const State& s) const {
         return tilt_converged(s, s.tilt_excess.variance + hold_error(s).template head<2>().cwiseAbs2().maxCoeff()) &&
                s.vehicle_tilt.square() < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
-               (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2)));
+               (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2))) && !s.lasting.lacks_gravity(R(gravity_m_s2));
     }
     static R larger_tilt_variance(const State& s) {
         return std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
@@ -175,6 +175,7 @@ private:
     // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
         if (s.heading_confirmed == 0 || has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s)) return false;
+        if (s.lasting.lacks_gravity(R(gravity_m_s2))) return false;
         const R added = reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
         return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, R(options_.ready_heading_rad));
     }
@@ -283,9 +284,10 @@ private:
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
-    bool is_at_rest(State& s, const Correction& c) const; // correct_rest.hpp
+    bool is_at_rest(State& s, Correction& c) const; // correct_rest.hpp
+    static void admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias);
     bool is_field_still(State& s) const;
-    bool is_vehicle_at_rest(State& s, bool rests) const;
+    bool is_vehicle_at_rest(const State& s, bool rests) const;
     void note_vehicle(State& s, const Correction& c, bool rests) const;
     static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
     Matrix2R start_velocity_covariance() const { return sigma_.velocity * sigma_.velocity * Matrix2R::Identity(); }

@@ -31,7 +31,7 @@ void AhrsModelOf<R>::examine(State& s, const Event& event) const {
 // Variance of the rotation about faulty axes.
 template <class R>
 void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
-    s.rest.still_s = 0;
+    s.rest.quiet_s = s.rest.still_s = 0;
     if (!s.started) return;
     begin_steps(s); // the turn that it misses is no drift
     ++s.seldom_changes;

@@ -475,7 +475,10 @@ class AhrsReference:
 
     def is_at_rest(self) -> bool:
         """Neither the field nor the bias contradicts the rest that rate and force indicate."""
-        if self.lasting_density2 > 0 and not self.is_field_still():
+        turned = not self.is_field_still()
+        if turned:
+            self.still_field = StillField()
+        if turned and self.lasting_density2 > 0:
             self.rest.still_s = 0.0
             return False
         if not self.rest.at_rest():
@@ -484,20 +487,24 @@ class AhrsReference:
         from_bias = self.rest.mean_rate - self.bias
         if from_bias @ np.linalg.solve(self.E[BIAS, BIAS], from_bias) <= 16:
             return True
+        if self.still_field.excludes_turn():  # the bias has stepped
+            drifted = self.R_bn @ self.still_field.turn
+            self.E[BIAS, BIAS] += np.diag(from_bias**2)
+            self.E[PHI, PHI] += np.diag(drifted**2)
+            self.still_field, self.steps = StillField(), self.new_steps()
+            return True
         self.rest.still_s = 0.0  # the rate is a turn of the body
         return False
 
     def is_field_still(self) -> bool:
-        if not self.rest.still_s > self.window_s:
-            self.still_field.still_s = 0.0
-        if not (self.rest.still_s > 0 and self.fields > 0):
+        if not self.rest.quiet_s > self.window_s:
+            self.still_field = StillField()
+        if not (self.rest.quiet_s > 0 and self.fields > 0):
             return True
-        return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.field_s)
+        return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.rest.mean_rate - self.bias, self.field_s)
 
     def is_vehicle_at_rest(self, rests: bool) -> bool:
         """The field has been constant in body axes for 2 s, and the force is vertical."""
-        if not self.is_field_still():
-            self.still_field.still_s = 0.0
         if not rests or not (self.still_field.still_s > 2 or math.isnan(self.mag.last_s)):
             return False
         return self.vehicle_tilt.is_level((self.R_bn @ self.rest.mean_force)[:2] / G_M_S2)
@@ -839,7 +846,8 @@ class AhrsReference:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
         added = self.tilt_excess.variance + max(self.hold_error()[:2] ** 2)
         small = self.tilt_converged(added) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
-        return bool(small) and (self.speed.is_fresh() or not self.lasting.may_accelerate())
+        steady = self.speed.is_fresh() or not self.lasting.may_accelerate()
+        return bool(small) and steady and not self.lasting.lacks_gravity()
 
     def tilt_converged(self, added: float) -> bool:
         """added: variance beside that of P, rad^2."""
@@ -851,4 +859,5 @@ class AhrsReference:
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
         variance += self.tilted_field_variance() + self.hold_error()[2] ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
-        return bool(self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and earned)
+        known = self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and not self.lasting.lacks_gravity()
+        return bool(known and earned)

@@ -167,14 +167,16 @@ class RestDetector:
 
     def __init__(self, options: Options, force: Array):
         self.o, self.mean_rate, self.mean_force = options, np.zeros(3), force
-        self.still_s, self.force_still = 0.0, False
+        self.quiet_s, self.still_s, self.force_still = 0.0, 0.0, False
         self.slow_rate, self.wander2, self.wander_now2 = np.zeros(3), 0.0, 0.0
 
     def note_rate(self, rate: Array, T: float) -> None:
         o = self.o
         self.mean_rate = toward(self.mean_rate, rate, T, o.rest_filter_s)
         near = np.linalg.norm(rate - self.mean_rate) <= o.rest_rate_rad_s and self.force_still
-        self.still_s = self.still_s + T if near and np.max(abs(self.mean_rate)) <= o.rest_mean_rate_rad_s else 0.0
+        quiet = near and np.max(abs(self.mean_rate)) <= o.rest_mean_rate_rad_s
+        self.quiet_s = self.quiet_s + T if quiet else 0.0
+        self.still_s = self.still_s + T if quiet else 0.0
 
     def note_force(self, force: Array, T: float) -> None:
         self.mean_force = toward(self.mean_force, force, T, self.o.rest_filter_s)
@@ -195,10 +197,11 @@ class StillField:
     """Whether the field is constant in body axes: a vehicle in a smooth bend is as quiet as one at rest."""
 
     def __init__(self) -> None:
-        self.first, self.mean, self.noise2, self.still_s = np.zeros(3), np.zeros(3), 0.0, 0.0
+        self.first, self.mean, self.turn = np.zeros(3), np.zeros(3), np.zeros(3)
+        self.noise2, self.limit2, self.still_s = 0.0, 0.0, 0.0
 
-    def note(self, field_b: Array, T: float) -> bool:
-        """field_b: its mean over T."""
+    def note(self, field_b: Array, rate: Array, T: float) -> bool:
+        """field_b, rate: means over T, body axes."""
         if not self.still_s > 0:
             self.mean = field_b
         self.still_s += T
@@ -207,8 +210,16 @@ class StillField:
         self.noise2 += T / (2 + T) * (float(away @ away) / 3 - self.noise2)
         if self.still_s <= 0.5:
             self.first = self.mean
+        else:
+            self.turn = self.turn + T * rate
         turned = self.mean - self.first
-        return bool(turned @ turned <= 0.004**2 + 16 * self.noise2 * T / 0.5)
+        self.limit2 = 0.004**2 + 16 * self.noise2 * T / 0.5
+        return bool(turned @ turned <= self.limit2)
+
+    def excludes_turn(self) -> bool:
+        """Whether the turn that the gyroscope shows would have changed the field clearly."""
+        shown = np.cross(self.turn, self.mean)
+        return bool(shown @ shown > 3**2 * self.limit2)
 
 
 LASTING_DENSITY2 = {
@@ -258,6 +269,10 @@ class LastingMotion:
         counted2 = float(max(np.max(self.power), np.max(self.now)))
         released2, self.counted2 = max(0.0, self.counted2 - counted2), counted2
         return released2
+
+    def lacks_gravity(self) -> bool:
+        """The force at the last rest was not gravity."""
+        return self.rest_force > 0 and abs(self.rest_force - G_M_S2) > 1.5
 
     def may_accelerate(self) -> bool:
         """The length of the mean force differs from that at rest, or from gravity before any rest."""
