@@ -89,7 +89,7 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_sparse_ = said_mistaken_ = said_implausible_ = judged_ = false;
+    said_lost_ = said_sparse_ = said_mistaken_ = said_repeated_ = said_implausible_ = judged_ = false;
     for (bool& said : said_refused_) said = false;
     touched_ = true;
     stale_ = ~0u;
@@ -287,6 +287,13 @@ void Instance::say_what_was_lost(double apart_s) {
     if (const char* why = said_implausible_ ? nullptr : model_->implausible()) {
         said_implausible_ = true;
         fail("warning: %s", why);
+    }
+    if (const Lost held = said_repeated_ ? Lost{} : model_->repeated(); held.by) {
+        said_repeated_ = true;
+        warn(
+            "the values of a sensor repeat, so each is used once: set %s to the period of the source, %.3g s, or connect the counter of its "
+            "samples",
+            held.by, held.period_s);
     }
     if (said_lost_) return;
     const Lost lost = model_->lost();

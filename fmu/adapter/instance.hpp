@@ -204,7 +204,7 @@ private:
     std::uint64_t token_ = 0;      // of the table
     std::uint64_t parameters_ = 0; // hash of the values that the model was created with
     bool logged_[3] = {};    // by status
-    bool said_lost_ = false, said_sparse_ = false, said_mistaken_ = false, said_implausible_ = false,
+    bool said_lost_ = false, said_sparse_ = false, said_mistaken_ = false, said_repeated_ = false, said_implausible_ = false,
          said_refused_[refusals] = {}, judged_ = false;
     double seen_s_ = 0;      // time of the last look at the inputs
     unsigned stale_ = 0;     // groups whose rows are older than the model

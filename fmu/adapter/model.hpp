@@ -106,6 +106,8 @@ public:
     virtual bool take_samples(double* values, double t_s) = 0;
     // The period or counter of the first sensor that has lost a sample; by is null if none has.
     virtual Lost lost() const { return {}; }
+    // The first sensor whose importer holds each value for several periods, with that time; such values are used once.
+    virtual Lost repeated() const { return {}; }
     // The first counter that changed after samples had been taken at the period of its sensor; null if there is none.
     virtual const char* mistaken() const { return nullptr; }
     // Why the first sample of a kind was refused; null if none was.

@@ -1,6 +1,7 @@
 // Several sampled inputs, each with its own clock: which are new at a communication point, and which samples were lost.
 #pragma once
 
+#include "adapter/held_source.hpp"
 #include "adapter/model.hpp"
 #include "adapter/sampling_clock.hpp"
 #include "adapter/sensor_rows.hpp"
@@ -38,7 +39,9 @@ struct SampledInputs {
     double first_sparse; // likewise, the first with a step longer than its period, in automatic mode
     double first_mistaken; // likewise, the one whose counter first changed after samples at its period
     double first_unstamped; // likewise, the first whose counter changed while its t_meas did not, or was none of the simulation
+    double first_repeated; // likewise, the first whose source is slower than its period
     double last_t_meas_s[most], has_t_meas[most];
+    HeldSource source[most];
 
     // Whether input i has a new sample at t_s. now, t_meas_s: see SamplingClock.
     bool take(int i, double t_s, bool valid, double now, double t_meas_s, NewSample* sample) {
@@ -53,6 +56,13 @@ struct SampledInputs {
         if (valid && clock[i].mode == counter) check_stamp(i, t_s, t_meas_s);
         if (valid) clock[i].by_period = 1;
         return valid;
+    }
+
+    // Whether the values of input i, taken at its period, are not those of the sample before, which the importer holds.
+    bool is_new(int i, const double* value, int count, const double* also = nullptr, int also_count = 0) {
+        if (clock[i].mode == counter || clock[i].mode == held || source[i].is_new(value, count, also, also_count)) return true;
+        if (first_repeated == 0) first_repeated = i + 1;
+        return false;
     }
 
     // A sample that is counted has a time of its own, in seconds of the simulation.
@@ -98,6 +108,7 @@ struct SampledInputs {
             const SensorRows& at = rows[s];
             NewSample sample;
             if (!take(s, t_s, at.valid < 0 || values[at.valid] != 0, values[at.sample], values[at.t_meas], &sample)) continue;
+            if (!is_new(s, values + at.value, at.count(), at.also < 0 ? nullptr : values + at.also, 3)) continue;
             push(s, sample.t_s, values + at.value);
             taken = true;
         }
@@ -121,6 +132,14 @@ struct SampledInputs {
     template <class Name>
     const char* mistaken(Name&& name) const {
         return first_mistaken > 0 ? name(static_cast<int>(first_mistaken) - 1, true) : nullptr;
+    }
+
+    // The first input whose source is slower than its period, with the period of the source. name: as for lost.
+    template <class Name>
+    Lost repeated(Name&& name) const {
+        if (first_repeated == 0) return {};
+        const int i = static_cast<int>(first_repeated) - 1;
+        return {name(i, false), clock[i].period_s * source[i].repeats()};
     }
 
     // The message about the first sample without a time, or else the first lost one, or else the first long step. name(i,

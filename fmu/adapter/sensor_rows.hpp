@@ -9,6 +9,9 @@ namespace hnav::fmu {
 struct SensorRows {
     int value, sample, t_meas; // value: the first row of those that the sensor's push call takes
     int valid = -1, period = -1; // none where a clock ticks
+    int also = -1; // first of three more values that change with these: a rate may be constant, rate and force are not
+
+    int count() const { return sample - value; }
 
     // The inputs that mark samples; they follow the value. valid: the start value of the valid flag.
     void add_marks(Table& table, const char* sensor, bool valid_at_start) {

@@ -1,4 +1,5 @@
-// Detects samples of an inertial sensor in g or deg/s from the direction of gravity: an FMU receives numbers without units.
+// Detects samples of an inertial sensor in g or deg/s, or without gravity, from the direction of gravity: an FMU receives numbers without
+// units.
 #pragma once
 
 #include <cmath>
@@ -31,6 +32,9 @@ public:
     // The finding, or null if there is none.
     const char* finding() const {
         if (found_ == is_g) return "accel.force has a strength near 1 m/s2: this looks like g; multiply it by 9.80665";
+        if (found_ == has_no_gravity)
+            return "accel.force has a mean strength far below 9.8 m/s2 and no constant one: this looks like an acceleration without gravity; "
+                   "connect the specific force, (0, 0, -9.81) at rest with z down";
         if (found_ == is_deg_s)
             return "gyro.rate: gravity turned 57 times less than the rates say: this looks like deg/s; multiply it by 0.0174533";
         return nullptr;
@@ -42,7 +46,9 @@ private:
     static constexpr double most = 6000; // windows, ten minutes: a body that has not tilted by then is not judged
     static constexpr double least_turn = 0.01; // rad, RMS of a window: above the noise of any accelerometer's mean
     static constexpr double sure = 0.85; // correlation between the rotation of gravity and the integrated rates
-    static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3;
+    static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3, has_no_gravity = 4;
+    static constexpr double weak = 5; // m/s2; chosen: only a fall has half of gravity for seconds
+    static constexpr double steady = 0.5; // largest standard deviation of the strength of gravity in g, by its mean
 
     bool decided() const { return found_ != undecided; }
 
@@ -56,6 +62,7 @@ private:
         if (windows_ > 0) compare(unit, middle);
         windows_ += 1;
         strength_ += size / forces_;
+        strength2_ += (size / forces_) * (size / forces_);
         std::memcpy(unit_, unit, sizeof unit_);
         std::memcpy(angle_before_, angle_, sizeof angle_before_);
         std::memset(angle_, 0, sizeof angle_);
@@ -78,9 +85,9 @@ private:
     }
 
     void decide() {
-        const double mean = strength_ / windows_;
-        if (mean > 0.5 && mean < 2) {
-            found_ = is_g;
+        const double mean = strength_ / windows_, spread2 = strength2_ / windows_ - mean * mean;
+        if (mean < weak) {
+            found_ = mean > 0.5 && mean < 2 && spread2 < steady * steady * mean * mean ? is_g : has_no_gravity;
             return;
         }
         if (seen2_ > least_turn * least_turn * windows_ && both_ > sure * std::sqrt(said2_ * seen2_)) {
@@ -93,7 +100,7 @@ private:
     double begin_s_ = 0, rate_s_ = 0, has_rate_ = 0, forces_ = 0, windows_ = 0;
     double rate_[3] = {}, angle_[3] = {}, angle_before_[3] = {}; // rad, of this window and the one before
     double force_[3] = {}, unit_[3] = {}; // sum of this window; direction in the previous one
-    double strength_ = 0; // sum over windows
+    double strength_ = 0, strength2_ = 0; // sum over windows, and of the squares
     double said2_ = 0, seen2_ = 0, both_ = 0;
     double found_ = undecided;
 };

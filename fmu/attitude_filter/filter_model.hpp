@@ -77,6 +77,7 @@ public:
     }
 
     Lost lost() const override { return memory_.sampled.lost(name_of); }
+    Lost repeated() const override { return memory_.sampled.repeated(name_of); }
     const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
 
     const char* implausible() const override { return memory_.units.finding(); }

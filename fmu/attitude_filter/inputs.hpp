@@ -20,6 +20,7 @@ struct Inputs {
     template <class Kind>
     void describe(Table& table) {
         for (int s = 0; s < sensors; ++s) describe_sensor(table, s);
+        sensor[HNAV_SENSOR_GYRO].also = sensor[HNAV_SENSOR_ACCEL].value;
         reset = table.add(rows::reset_command());
         realign = table.add(
             rows::input("realign", Type::boolean, 0, "Rising edge: forget the attitude and start again, keep the gyro bias"));

@@ -25,6 +25,7 @@ struct InsInputs {
         vector(table, in_accel, "accel", "force", "m/s2", "",
                "Specific force in sensor axes; at rest with z down it is (0, 0, -9.81)");
         table.row(sensor[in_accel].value + 2).start = -9.80665;
+        sensor[in_gyro].also = sensor[in_accel].value;
         describe_satellites(table);
         scalar(table, in_pressure, "baro", "pressure", "sigma", "Pa", "", 101325, 20, "Pressure of the air");
         scalar(table, in_speed, "wheel", "speed", "sigma", "m/s", "", 0, 0.1, "Speed along body x, by wheels");

@@ -90,7 +90,9 @@ public:
             if (!memory_.sampled.take(c, t_s, valid, at(values, c, input_sample, sensor_sample),
                                       at(values, c, input_t_meas, sensor_t_meas), &sample))
                 continue;
-            pushed(push(c, sample.t_s, at(values, c, input_value, sensor_value)));
+            const double value = at(values, c, input_value, sensor_value);
+            if (!is_input(c) && !memory_.sampled.is_new(c, &value, 1)) continue;
+            pushed(push(c, sample.t_s, value));
             taken = true;
         }
         return taken;
@@ -98,6 +100,9 @@ public:
 
     Lost lost() const override {
         return memory_.sampled.lost([this](int c, bool counted) { return name_of(c, counted); });
+    }
+    Lost repeated() const override {
+        return memory_.sampled.repeated([this](int c, bool counted) { return name_of(c, counted); });
     }
     const char* mistaken() const override {
         return memory_.sampled.mistaken([this](int c, bool counted) { return name_of(c, counted); });

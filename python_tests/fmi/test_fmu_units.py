@@ -1,5 +1,7 @@
 """Samples in deg/s or in g: an FMU reads numbers without their unit, so its log warns of a force that gravity contradicts."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,3 +36,10 @@ def test_each_wrong_unit_is_logged_once_with_its_cure(filter, version, recording
     (of_force,) = warnings(filter, version, recording, 1, 1 / 9.80665)
     assert "looks like g" in of_force and "9.80665" in of_force
     assert not warnings(filter, version, recording, 1, 1)
+
+
+@pytest.mark.parametrize("filter", ["Ahrs", "Hrekf", "Ins"])
+def test_a_force_without_gravity_is_logged_and_not_taken_for_g(filter, recording):
+    still = replace(recording, force_b_m_s2=np.random.default_rng(1).normal(0, 0.8, recording.force_b_m_s2.shape))
+    (said,) = warnings(filter, 2, still, 1, 1)
+    assert "without gravity" in said and "specific force" in said
