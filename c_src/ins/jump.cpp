@@ -47,7 +47,10 @@ void Model::note(State& s, const Event& event) const {
         s.glide.begin(event.t_s);
         vec(s.in_t.colour_at_rest) = vec(s.in_t.colour);
     }
-    if (!s.has(event, velocity) || is_elsewhere(s, event)) return;
+    if (is_elsewhere(s, event)) return;
+    if (s.has(event, velocity)) s.aids.note_velocity(event.value[velocity], event.t_s);
+    if (s.has(event, position)) note_place(s, event);
+    if (!s.has(event, velocity)) return;
     const double* z = event.value[velocity];
     s.speed_known_m_s = std::hypot(z[0], z[1]);
     s.speed_sigma_m_s = std::fmax(z[3], z[4]);
@@ -56,6 +59,13 @@ void Model::note(State& s, const Event& event) const {
     // A velocity far from 0 does not belong to a glide.
     constexpr double fastest_m_s = 0.6;
     if (still && s.speed_known_m_s < std::fmax(fastest_m_s, 4 * s.speed_sigma_m_s)) s.glide.note(event.t_s, z, s.speed_sigma_m_s);
+}
+
+void Model::note_place(State& s, const Event& event) {
+    const double* p = event.value[position];
+    const earth::Place place{p[0], p[1], p[2]};
+    const double sigma_m = std::fmax(p[3], p[4]) * std::sqrt(s.fit(position).noise);
+    s.aids.note_position(earth::position_of(place), earth::axes_at(place), sigma_m, event.t_s);
 }
 
 void Model::try_start(State& s, const Event& event) const {

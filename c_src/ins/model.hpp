@@ -142,6 +142,7 @@ private:
     // jump.cpp
     void cross(State& s, const Event& event) const;
     void note(State& s, const Event& event) const;
+    static void note_place(State& s, const Event& event);
     void try_start(State& s, const Event& event) const;
 
     // mechanisation.cpp

@@ -19,12 +19,17 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
 
 namespace {
 
-// The IMU is alive, and no monitor has found an inconsistency for consistent_for_s.
-bool is_consistent(const State& s, double now_s) {
+// The fixes move as the velocities say, or the state has decided against the velocities.
+bool aids_agree(const State& s, double now_s) {
+    return s.contradiction.verdict == Contradiction::velocity_wrong || s.aids.holds(now_s);
+}
+
+// The IMU is alive, and no monitor has found an inconsistency for consistent_for_s. given: the state is; it needs no aids.
+bool is_consistent(const State& s, double now_s, bool given) {
     constexpr double silent_s = 1, consistent_for_s = 2, alone = 1; // a single refusal is an outlier
     const bool open = s.refused_in_row[velocity] > alone && s.contradiction.verdict != Contradiction::velocity_wrong;
     return s.started() && !open && !has_passed(now_s - s.last_s[imu], silent_s) &&
-           has_passed(now_s - s.inconsistent_s, consistent_for_s);
+           has_passed(now_s - s.inconsistent_s, consistent_for_s) && (given || aids_agree(s, now_s));
 }
 
 } // namespace
@@ -36,7 +41,7 @@ bool Model::recovers(const State& s) const {
 
 void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
     constexpr double fresh_s = 60;
-    const bool alive = is_consistent(s, now_s);
+    const bool alive = is_consistent(s, now_s, has_given_state(s));
     const double fixed_s = std::fmax(s.last_s[position], std::fmax(s.last_s[velocity], s.last_s[ins::rest]));
     const bool fixed = alive && (is_within(now_s - fixed_s, fresh_s) || at_rest(s, now_s));
     const double tilt = std::fmax(n->sigma_rotation[0], n->sigma_rotation[1]);
@@ -135,7 +140,7 @@ Navigation Model::navigation(const State& s, double ahead_s, double now_s) const
     put_readiness(s, now_s, &n);
     put_protection(s, &n);
     // After an inconsistency there is no bound until the gathered information is sufficient for a ready heading again.
-    if (recovers(s) || !is_consistent(s, now_s)) n.protection.heading_rad = M_PI;
+    if (recovers(s) || !is_consistent(s, now_s, has_given_state(s))) n.protection.heading_rad = M_PI;
     return n;
 }
 

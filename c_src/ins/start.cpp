@@ -78,6 +78,7 @@ void Model::begin(State& s) const {
     s.inconsistent_s = s.restarted_s = -std::numeric_limits<double>::infinity();
     s.bias_inflation = 1;
     for (Consistency& fit : s.fits) fit.begin(1);
+    s.aids.begin();
     s.nis_mean = s.heading_inflation = 1;
     s.circle = any;
     if (place_given(options_))

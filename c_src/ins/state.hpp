@@ -10,6 +10,7 @@
 #include "estimation/tilt_excess.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
+#include "ins/aid_agreement.hpp"
 #include "ins/glide.hpp"
 #include "maths/earth.hpp"
 #include "maths/square.hpp"
@@ -182,6 +183,7 @@ struct State {
     double speed_known_m_s, speed_sigma_m_s, speed_known_s; // of the GNSS, horizontal
     double slow_since_s; // NaN: the last one was that of motion
     Consistency fits[2]; // of velocity and position
+    AidAgreement aids;
     Contradiction contradiction; // velocities that are refused, against the positions
     double turned_b[3]; // rotation by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as received

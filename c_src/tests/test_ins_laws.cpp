@@ -541,6 +541,65 @@ TEST(InsStart, AfterAGapWithoutAnyFixTheGivenPlaceIsUncertain) {
 
 // ------------------------------------------------------------------------------------------------ monitors
 
+// Velocities in other axes, in another unit, or of a receiver that is not connected; latitude and longitude exchanged.
+TEST(InsReadiness, AidsThatContradictEachOtherAreNotReady) {
+    const Truth truth = winding(town, 1);
+    const std::function<void(ins::Sample&, ins::Sample&)> wrong[] = {
+        [](ins::Sample&, ins::Sample& v) { std::swap(v.value[0], v.value[1]); },
+        [](ins::Sample&, ins::Sample& v) {
+            for (int i = 0; i < 3; ++i) v.value[i] *= 3.6;
+        },
+        [](ins::Sample&, ins::Sample& v) {
+            for (int i = 0; i < 3; ++i) v.value[i] = 0;
+        },
+        [](ins::Sample& p, ins::Sample&) { std::swap(p.value[0], p.value[1]); },
+        [](ins::Sample&, ins::Sample&) {},
+    };
+    for (const auto& change : wrong) {
+        const bool right = &change == std::end(wrong) - 1;
+        Flight run(usual());
+        int ready = 0, shown = 0;
+        for (int i = 1; i <= 6000; ++i) {
+            run.push_imu(truth, 0.01 * i);
+            if (i % 20 == 0) {
+                ins::Sample p = truth.position_fix(0.01 * i), v = truth.velocity_fix(0.01 * i);
+                change(p, v);
+                ASSERT_EQ(run.filter.push(p), Outcome::ok);
+                ASSERT_EQ(run.filter.push(v), Outcome::ok);
+            }
+            ASSERT_EQ(run.filter.advance(0.01 * i), Outcome::ok);
+            if (i % 10) continue;
+            const ins::Navigation n = run.shown();
+            ++shown;
+            ready += n.velocity_ready;
+        }
+        if (right) EXPECT_GT(ready, 0.8 * shown);
+        else EXPECT_LT(ready, 0.15 * shown) << &change - wrong; // exchanged axes agree while the heading is near 45 deg
+    }
+}
+
+// A single wrong fix, and a receiver that moves its positions once, are no contradiction of the velocities for longer than a window.
+TEST(InsReadiness, AfterAJumpOfThePositionsTheAidsAgreeAgain) {
+    const Truth truth = winding(town, 1);
+    for (const double lasts_s : {0.2, 1000.0}) {
+        ins::AidAgreement aids;
+        aids.begin();
+        int contradicts = 0;
+        for (int k = 0; k < 300; ++k) {
+            const double t = 0.2 * k;
+            const ins::Sample v = truth.velocity_fix(t);
+            Vector3 at = truth.position_e(t);
+            const Matrix3 axes = earth::axes_at(earth::place_of(at));
+            if (t > 20 && t < 20.01 + lasts_s) at += axes.col(0) * 300;
+            aids.note_velocity(v.value, t);
+            aids.note_position(at, axes, 1, t);
+            contradicts += t > 6 && !aids.holds(t);
+        }
+        EXPECT_LE(contradicts, lasts_s < 1 ? 0 : 40);
+        EXPECT_TRUE(aids.holds(60));
+    }
+}
+
 TEST(InsReadiness, AHeadingIsReadyAfterItsSigmaWasBelowTheLimitForTheHoldTime) {
     const Truth truth = winding(town, 1);
     ins::Options o = usual();
