@@ -84,3 +84,20 @@ def test_a_clock_that_was_set_back_is_no_order_of_arrival(tmp_path):
 def test_what_is_in_order_stays_as_it_is():
     values = {"t_s": np.arange(5.0), "gx": np.array([1, np.nan, 2, np.nan, 3])}
     assert by_time(values) == (values, ())
+
+
+@pytest.mark.parametrize("late", [1, 5])
+def test_packets_that_come_twice_and_in_another_order_are_those_that_were_sent(tmp_path, late):
+    """Of a link without order, such as UDP: some rows are lost, others come again after some rows, or before the row ahead of them."""
+    sent = [row for i, row in enumerate(IMU) if i % 37 != 5]
+    plain = read(written(tmp_path / "sent.csv", sent))
+    arrived = list(sent)
+    for i in range(300, 0, -60):
+        arrived.insert(i + late, arrived[i])
+    for i in range(20, 380, 45):
+        arrived[i], arrived[i + 1] = arrived[i + 1], arrived[i]
+    data = read(written(tmp_path / "arrived.csv", arrived))
+    np.testing.assert_array_equal(data.samples("gyro")[0], plain.samples("gyro")[0])
+    np.testing.assert_array_equal(data.samples("accel")[1], plain.samples("accel")[1])
+    said = " ".join(one.message for one in data.check() if one.code == "clock")
+    assert "5 rows came twice, and were used once" in said and "rows stood behind later ones" in said

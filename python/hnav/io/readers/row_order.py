@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hnav.io.readers.clock import ORDERED, WITHIN_S
+from hnav.io.readers.clock import FEWEST_ROWS, ORDERED, WITHIN_S
 
 MOST_COLUMNS = 62
 """Columns whose filled cells fit in an integer."""
@@ -23,8 +23,18 @@ def by_time(values: Values) -> tuple[Values, tuple[str, ...]]:
     values: columns by role, n each, NaN for an empty cell.
     """
     t = values.get("t_s")
+    if t is None or len(t) < 2 or not np.isfinite(t).all() or (np.diff(t) > 0).all():
+        return values, ()
+    if only_unordered(t) or (single := _without_copies(values)) is None:
+        return _ordered(values)
+    ordered, notes = _ordered(single)
+    return ordered, (f"{ORDERED}{len(t) - len(single['t_s'])} rows came twice, and were used once", *notes)
+
+
+def _ordered(values: Values) -> tuple[Values, tuple[str, ...]]:
+    t = values["t_s"]
     others = {role: column for role, column in values.items() if role != "t_s"}
-    if t is None or len(t) < 2 or not np.isfinite(t).all() or (np.diff(t) > 0).all() or not 0 < len(others) <= MOST_COLUMNS:
+    if (np.diff(t) > 0).all() or not 0 < len(others) <= MOST_COLUMNS:
         return values, ()
     filled = np.stack([np.isfinite(column) for column in others.values()], axis=1)
     kinds = np.unique(filled @ (1 << np.arange(filled.shape[1])), return_inverse=True)[1]
@@ -44,6 +54,21 @@ def only_unordered(t_s: np.ndarray) -> bool:
     """Whether rows at equal intervals, some of them lost, only stand in another order: where a clock was set back, stamps lie closer."""
     steps = np.diff(np.sort(t_s))
     return bool(np.diff(t_s).min() > -WITHIN_S and steps.min() > 0.5 * np.median(steps))
+
+
+def _without_copies(values: Values) -> Values | None:
+    """The rows without those that repeat an earlier one in every cell, if they then only stand in another order; as a link delivers
+    that sends packets again. None otherwise, and where each copy follows its row at once."""
+    table = np.ascontiguousarray(np.stack(list(values.values()), axis=1))
+    table[np.isnan(table)] = np.nan  # one kind of NaN
+    first = np.sort(np.unique(table.view(np.int64), axis=0, return_index=True)[1])
+    copies = len(table) - len(first)
+    at_once = int((table.view(np.int64)[1:] == table.view(np.int64)[:-1]).all(axis=1).sum())
+    t = values["t_s"][first]
+    apart = copies > at_once or copies < int((np.diff(values["t_s"]) <= 0).sum())
+    if len(first) < FEWEST_ROWS or not (apart and 0 < copies < len(first) and only_unordered(t)):
+        return None
+    return {role: column[first] for role, column in values.items()}
 
 
 def _joined(values: Values, filled: np.ndarray) -> Values:
