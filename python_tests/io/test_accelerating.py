@@ -81,3 +81,17 @@ def test_units_and_gaps_with_which_nothing_fits_show_nothing():
     spoilt = with_axes(dataclasses.replace(recording, aids=seldom), "x,y,-z")
     assert following_of(spoilt.samples("gyro"), spoilt.samples("accel"), seldom["velocity"]) is None
     assert of_axes(spoilt) == []
+
+
+@pytest.mark.parametrize("kind", ["car", "take_off"])
+def test_velocities_that_contradict_the_positions_accuse_neither_rates_nor_force(kind):
+    samples, _ = vehicle(kind, "industrial", 2, 100.0)
+    recording = driven(kind, 2)
+    valid_s, _, sensor, value = samples.aids.arrays()
+    rows, velocity = sensor == SENSORS.index("position"), recording.aids["velocity"]
+    aids = {
+        "position": AidSamples(valid_s[rows], value[rows, :3], value[rows, 3:]),
+        "velocity": dataclasses.replace(velocity, values=velocity.values[:, [1, 0, 2]]),
+    }
+    (finding,) = of_axes(dataclasses.replace(recording, aids=aids))
+    assert finding.sensor == "velocity" and "north and east look exchanged" in finding.message

@@ -48,24 +48,29 @@ def check_aids(recording: Recording) -> list[Finding]:
     """Implausible aiding samples, which attitude filters do not read."""
     found = [*_repeated(recording)]
     position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
-    if velocity is not None:
-        found += _against_turning(recording, velocity)
-        found += _against_acceleration(recording, velocity)
     if position is None:
-        return found
+        return found + _of_motion(recording, velocity)
     if out_of_range := [*_out_of_range(position)]:
-        return found + out_of_range
+        return found + _of_motion(recording, velocity) + out_of_range
     if position.above_sea:
         found.append(Finding("note", "datum", "position", ABOVE_SEA, advice="a column of heights above the ellipsoid goes first"))
     north_east_up = _metres(position)
     if velocity is not None:
         of_track = [*_against_velocity(position, north_east_up[:, :2], velocity)]
-        found += of_track
+        # Velocities that contradict the positions are no measure of rates and force.
+        found += of_track or _of_motion(recording, velocity)
         if "unit" not in {finding.code for finding in of_track}:
             found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
     if speed is not None:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
+
+
+def _of_motion(recording: Recording, velocity: AidSamples | None) -> list[Finding]:
+    """Rates and force by the changes of the velocity."""
+    if velocity is None:
+        return []
+    return [*_against_turning(recording, velocity), *_against_acceleration(recording, velocity)]
 
 
 def _in_time(samples: AidSamples | None) -> AidSamples | None:
