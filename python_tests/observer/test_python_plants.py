@@ -86,6 +86,10 @@ def test_what_a_function_raises_is_raised_again():
         (lambda: pendulum().set("g", 1), "the plant has no parameter 'g'"),
         (lambda: Observer(pendulum()).push("speed", 0, 0), "the plan has no sensor 'speed'; it has angle"),
         (lambda: Observer(pendulum()).run([0.0], {"speed": [0.0]}), "the plan has no sensor 'speed'"),
+        (
+            lambda: Observer(pendulum(inputs={"torque": 0.0}).input("torque")).run([0.0], {"torque": [0.0]}),
+            "'torque' is an input of the plan, no sensor: give it by inputs=",
+        ),
         (lambda: Observer(pendulum()).run([0.0], {"angle": [0.0, 1.0]}), r"angle has the shape \(2,\), expected \(1,\)"),
         (lambda: Observer(pendulum(), horizon_s=-1), "horizon_s = -1"),
     ],

@@ -360,6 +360,10 @@ class Observer(StatefulObject):
         not given have none. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
         smooth."""
         plan, t = self.plan, times(t_s)
+        if among := next((name for name in sensors if name in plan.inputs and name not in plan.sensors), None):
+            raise HnavValueError(
+                "option", f"{among!r} is an input of the plan, no sensor: give it by inputs={{{among!r}: ...}}", among
+            )
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _converted(_columns(sensors, plan.sensors, n, "sensor"), plan.sensors)
         scale = np.array([s.factor for s in plan.sensors.values()])
