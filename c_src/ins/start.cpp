@@ -351,6 +351,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
 // it again, so that no information is used twice.
 State Model::once_more(State s, const State& later, double known_s) const {
     constexpr double any_tilt = 0.1, any_heading = 0.5;
+    const bool at_given_place = has_given_place(s);
+    s.times_lost = 0; // this state is a given one
     for (int i = 0; i < 2; ++i) s.slow_m[i] = s.slow_before_m[i] = later.slow_m[i];
     Covariance P = Covariance::of(s);
     for (int row = 0; row < P.n; ++row)
@@ -359,7 +361,7 @@ State Model::once_more(State s, const State& later, double known_s) const {
     for (int i = 0; i < 3; ++i) {
         const double fast = start_velocity_sigma(s, i), colour = s.slow_m[i == 2];
         put(row_colour + i, colour);
-        put(row_d + i, has_given_place(s) ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
+        put(row_d + i, at_given_place ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
         put(row_v + i, fast);
         put(row_phi + i, i == 2 ? any_heading : any_tilt);
         s.in_t.colour[i] = 0;
