@@ -14,7 +14,7 @@ namespace hnav::ins {
 // Part of the state: numbers of eight bytes only. Horizontal, in the axes north and east of the fixes.
 struct AidAgreement {
     static constexpr double window_s = 5; // chosen: several fixes of any receiver, and a way of ten sigmas at the pace of a car
-    static constexpr double longest_s = 10; // between two fixes
+    static constexpr double longest_s = 10; // between two fixes; chosen: a receiver of 0.1 Hz
 
     double place_e[3]; // first fix of the window
     double begin_s, velocity_s; // NaN: none yet
@@ -35,7 +35,7 @@ struct AidAgreement {
             if (is_within(t_s - velocity_s, longest_s)) way_m[i] += 0.5 * (t_s - velocity_s) * (v[i] - velocity[i]);
             velocity[i] = v[i];
         }
-        velocity_s = moved_s = t_s;
+        velocity_s = t_s;
     }
 
     // axes: of the fix, columns north, east, down in Earth-fixed axes. sigma_m: of its horizontal position.

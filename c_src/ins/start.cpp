@@ -13,7 +13,7 @@ namespace {
 
 constexpr double mean_force_tilt = 0.1; // rad, sigma of a tilt by the mean force of a vehicle
 constexpr double given_place_m = 0.1; // sigma of a place that is given; chosen: users measure no better, and no variance is 0
-constexpr double any_velocity_m_s = 90; // an aircraft in any direction
+constexpr double any_velocity_m_s = 90; // as the default of start_sigma_velocity_m_s: an aircraft, in any direction
 
 // Means of cos, cos^2 and sin^2 of an angle with the density exp(strength cos angle) on the circle.
 struct OnCircle {

@@ -56,6 +56,13 @@ inline ins::Options usual() {
     return o;
 }
 
+inline void give_place(ins::Options& o, const earth::Place& place) {
+    o.start_place = HNAV_INS_PLACE_GIVEN;
+    o.start_latitude_rad = place.latitude_rad;
+    o.start_longitude_rad = place.longitude_rad;
+    o.start_height_m = place.height_m;
+}
+
 // A motion given by position in Earth-fixed axes and attitude, and the samples that hold it exactly at their rate.
 struct Truth {
     std::function<Vector3(double)> position_e;

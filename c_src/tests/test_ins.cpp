@@ -438,10 +438,7 @@ TEST(InsAnyHeading, AGyrocompassFindsNorthByTheRateOfTheEarth) {
         s.start_sigma_accel_bias_m_s2 = 5e-4;
         s.rest_rate_noise_rad_per_sqrt_s = 1e-5;
         s.rest_velocity_noise_m_s = 0.01;
-        s.start_place = HNAV_INS_PLACE_GIVEN;
-        s.start_latitude_rad = place.latitude_rad;
-        s.start_longitude_rad = place.longitude_rad;
-        s.start_height_m = place.height_m;
+        give_place(s, place);
         Flight run(s);
         for (int i = 1; i <= 15000; ++i) {
             run.push_imu(rest, 0.02 * i);

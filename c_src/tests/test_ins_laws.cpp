@@ -147,10 +147,7 @@ TEST(InsStart, AfterAGapTheGivenStateIsNotTheFirstOneAgain) {
 TEST(InsStart, AfterAGapTheGivenPlaceIsNotTheFirstOneAgain) {
     const Truth truth = winding(town, 1);
     ins::Options o = usual();
-    o.start_place = HNAV_INS_PLACE_GIVEN;
-    o.start_latitude_rad = town.latitude_rad;
-    o.start_longitude_rad = town.longitude_rad;
-    o.start_height_m = town.height_m;
+    give_place(o, town);
     Flight run(o);
     for (int i = 1; i <= 6000; ++i) {
         if (i > 4000 && i < 4350) continue;
@@ -519,11 +516,7 @@ TEST(InsRest, AHeadingThatTheGyroscopesHaveLostIsSearchedAgainFromAWidePosition)
 TEST(InsStart, AfterAGapWithoutAnyFixTheGivenPlaceIsUncertain) {
     const Truth truth = standing();
     ins::Options o = usual();
-    o.start_place = HNAV_INS_PLACE_GIVEN;
-    const earth::Place place = earth::place_of(truth.position_e(0));
-    o.start_latitude_rad = place.latitude_rad;
-    o.start_longitude_rad = place.longitude_rad;
-    o.start_height_m = place.height_m;
+    give_place(o, earth::place_of(truth.position_e(0)));
     Flight run(o);
     for (int i = 1; i <= 4000; ++i) {
         if (i > 2000 && i < 2300) continue;

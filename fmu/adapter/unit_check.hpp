@@ -48,7 +48,7 @@ private:
     static constexpr double sure = 0.85; // correlation between the rotation of gravity and the integrated rates
     static constexpr double undecided = 0, plausible = 1, is_g = 2, is_deg_s = 3, has_no_gravity = 4;
     static constexpr double weak = 5; // m/s2; chosen: only a fall has half of gravity for seconds
-    static constexpr double steady = 0.5; // largest standard deviation of the strength of gravity in g, by its mean
+    static constexpr double steady = 0.5; // chosen: largest standard deviation of the strength of gravity in g, by its mean
 
     bool decided() const { return found_ != undecided; }
 

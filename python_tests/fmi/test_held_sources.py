@@ -10,14 +10,12 @@ from motion import readings, turning
 STEP_S, SECONDS = 0.01, 60
 
 
-def driven(hold, **parameters):
+def driven(hold):
     """Errors of the attitude by their sigmas, n x 3, while the heading is ready after 15 s, and the log, of an Ahrs whose inputs
     are held for so many steps."""
     samples, hold_s = readings(np.arange(0, SECONDS, STEP_S * hold)), STEP_S * hold
     found = []
     with Fmu(fmu_path("Ahrs", 2)) as fmu:
-        for name, value in parameters.items():
-            fmu.set(name.replace("_period", ".period"), value)
         fmu.initialise(0.0)
         for k in range(round(SECONDS / STEP_S)):
             if k % hold == 0:

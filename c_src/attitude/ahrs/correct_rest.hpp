@@ -10,9 +10,7 @@ namespace hnav {
 template <class R>
 bool AhrsModelOf<R>::is_at_rest(State& s, Correction& c) const {
     constexpr R gate_nis = 16; // three degrees of freedom
-    const bool turned = !is_field_still(s);
-    if (turned) s.still_field.begin();
-    if (turned && is_given_to_travel()) {
+    if (!is_field_still(s) && is_given_to_travel()) {
         s.rest.still_s = 0;
         return false;
     }
@@ -38,12 +36,15 @@ void AhrsModelOf<R>::admit_bias_at_rest(State& s, Correction& c, const Vector3R&
     begin_steps(s);
 }
 
+// Notes the field of a quiet body. Once the field has turned, the next one is the first.
 template <class R>
 bool AhrsModelOf<R>::is_field_still(State& s) const {
     if (!(s.rest.quiet_s > s.x[13])) s.still_field.begin();
     if (!(s.rest.quiet_s > 0 && s.field_count > 0)) return true;
     const Vector3R field_b = rotation_matrix<R>(QuaternionR(s.x)).transpose() * Vector3R(s.field_sum) / s.field_count;
-    return s.still_field.note(field_b, Vector3R(s.rest.mean_rate) - Vector3R(s.bias), s.field_s);
+    if (s.still_field.note(field_b, Vector3R(s.rest.mean_rate) - Vector3R(s.bias), s.field_s)) return true;
+    s.still_field.begin();
+    return false;
 }
 
 // Whether an unknown body rests, if it is a vehicle: the field has been constant in body axes for longer than a bend would allow, and the

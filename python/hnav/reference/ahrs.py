@@ -475,10 +475,7 @@ class AhrsReference:
 
     def is_at_rest(self) -> bool:
         """Neither the field nor the bias contradicts the rest that rate and force indicate."""
-        turned = not self.is_field_still()
-        if turned:
-            self.still_field = StillField()
-        if turned and self.lasting_density2 > 0:
+        if not self.is_field_still() and self.lasting_density2 > 0:
             self.rest.still_s = 0.0
             return False
         if not self.rest.at_rest():
@@ -501,7 +498,11 @@ class AhrsReference:
             self.still_field = StillField()
         if not (self.rest.quiet_s > 0 and self.fields > 0):
             return True
-        return self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, self.rest.mean_rate - self.bias, self.field_s)
+        rate = self.rest.mean_rate - self.bias
+        if self.still_field.note(self.R_bn.T @ self.field_sum / self.fields, rate, self.field_s):
+            return True
+        self.still_field = StillField()
+        return False
 
     def is_vehicle_at_rest(self, rests: bool) -> bool:
         """The field has been constant in body axes for 2 s, and the force is vertical."""

@@ -32,6 +32,7 @@ def by_time(values: Values) -> tuple[Values, tuple[str, ...]]:
 
 
 def _ordered(values: Values) -> tuple[Values, tuple[str, ...]]:
+    """The rows by their times, and the note; unchanged where that is not certain."""
     t = values["t_s"]
     others = {role: column for role, column in values.items() if role != "t_s"}
     if (np.diff(t) > 0).all() or not 0 < len(others) <= MOST_COLUMNS:
@@ -59,16 +60,15 @@ def only_unordered(t_s: np.ndarray) -> bool:
 def _without_copies(values: Values) -> Values | None:
     """The rows without those that repeat an earlier one in every cell, if they then only stand in another order; as a link delivers
     that sends packets again. None otherwise, and where each copy follows its row at once."""
-    table = np.ascontiguousarray(np.stack(list(values.values()), axis=1))
-    table[np.isnan(table)] = np.nan  # one kind of NaN
-    first = np.sort(np.unique(table.view(np.int64), axis=0, return_index=True)[1])
-    copies = len(table) - len(first)
-    at_once = int((table.view(np.int64)[1:] == table.view(np.int64)[:-1]).all(axis=1).sum())
-    t = values["t_s"][first]
-    apart = copies > at_once or copies < int((np.diff(values["t_s"]) <= 0).sum())
-    if len(first) < FEWEST_ROWS or not (apart and 0 < copies < len(first) and only_unordered(t)):
+    import pandas as pd
+
+    copies = pd.DataFrame(values).duplicated().to_numpy()
+    kept = {role: column[~copies] for role, column in values.items()}
+    steps, t = np.diff(values["t_s"]), kept["t_s"]
+    at_once = (steps >= 0).all() and np.array_equal(copies[1:], steps == 0)
+    if at_once or len(t) < max(FEWEST_ROWS, copies.sum() + 1) or not (copies.any() and only_unordered(t)):
         return None
-    return {role: column[first] for role, column in values.items()}
+    return kept
 
 
 def _joined(values: Values, filled: np.ndarray) -> Values:
