@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import Aids
 from hnav.filters.ins_answers import InsRun
@@ -9,7 +10,6 @@ from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
-from hnav.reference import earth
 from hnav.simulation.vehicle import Drive
 from studies.ins.vehicles import Samples
 

@@ -1,6 +1,6 @@
 """Which folder may include which. Dependencies point down only: fmu -> include; c_api -> the products -> estimation -> signals -> hybrid -> maths
 -> base; in Python
-studies -> cli -> reports, certify -> systems -> fmi, simulation, reference -> filters -> io -> native.
+studies, twins -> cli -> reports, certify -> systems -> fmi, simulation -> filters -> io -> native.
 
 The plain data of include/hnav, types.h and the options, belong to no room: every room may include them.
 """
@@ -98,13 +98,14 @@ def test_sundials_is_behind_one_file():
 
 # --------------------------------------------------------------------------------------------- Python
 
+OUTSIDE = ("studies", "twins")  # the wheel
 # Rooms of one floor do not know each other.
 FLOORS = (
-    ("studies",),
+    OUTSIDE,
     ("cli",),
     ("reports", "certify"),
     ("systems",),
-    ("fmi", "simulation", "reference"),
+    ("fmi", "simulation"),
     ("filters",),
     ("io",),
     ("native",),
@@ -117,13 +118,13 @@ PYTHON_ROOMS = [room for floor in FLOORS for room in floor]
 def room_of(module: str) -> str:
     """Of a module by its full name: hnav.io.recordings is in io; hnav and hnav.errors are the ground."""
     parts = module.split(".")
-    if parts[0] == "studies":
-        return "studies"
+    if parts[0] in OUTSIDE:
+        return parts[0]
     return parts[1] if len(parts) > 1 else "__init__"
 
 
 def imported(path: Path) -> set[str]:
-    """Full names of what a module imports of hnav and studies, inside functions too."""
+    """Full names of what a module imports of hnav, studies and twins, inside functions too."""
     package = path.relative_to(TOP / "python").parent.parts
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
@@ -135,11 +136,11 @@ def imported(path: Path) -> set[str]:
             )
             # from hnav import io: the name may be a room.
             names |= {f"{base}.{alias.name}" if base == "hnav" else base for alias in node.names}
-    return {name for name in names if name.split(".")[0] in ("hnav", "studies")}
+    return {name for name in names if name.split(".")[0] in ("hnav", *OUTSIDE)}
 
 
 def folder_of(room: str) -> Path:
-    return TOP / "python" / ("studies" if room == "studies" else f"hnav/{room}")
+    return TOP / "python" / (room if room in OUTSIDE else f"hnav/{room}")
 
 
 @pytest.mark.parametrize("room", PYTHON_ROOMS)
@@ -155,8 +156,8 @@ def test_a_python_room_imports_only_what_is_below_it(room):
 
 def test_every_python_package_is_a_room_and_says_what_it_holds():
     packages = {path.parent.name: path for path in (TOP / "python/hnav").glob("*/__init__.py")}
-    assert packages.keys() == set(PYTHON_ROOMS) - {"studies"}
-    for path in [*packages.values(), TOP / "python/studies/__init__.py", TOP / "python/hnav/__init__.py"]:
+    assert packages.keys() == set(PYTHON_ROOMS) - set(OUTSIDE)
+    for path in [*packages.values(), *(TOP / f"python/{name}/__init__.py" for name in ("hnav", *OUTSIDE))]:
         assert ast.get_docstring(ast.parse(path.read_text())), f"{path.relative_to(TOP)} says nothing"
 
 

@@ -1,4 +1,4 @@
-"""Quaternions row by row: n x 4, scalar first, Hamilton, body to navigation."""
+"""Quaternions, one or n x 4: scalar first, Hamilton, body to navigation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a (x) b, row by row: n x 4 each, or one of them 4."""
-    w, x, y, z = np.atleast_2d(a).T
-    p, q, r, s = np.atleast_2d(b).T
+    """a (x) b: n x 4 each and row by row, or 4; one factor of 4 stands for every row."""
+    w, x, y, z = np.asarray(a).T
+    p, q, r, s = np.asarray(b).T
     return np.stack([w * p - x * q - y * r - z * s, w * q + x * p + y * s - z * r,
-                     w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p], axis=1)  # fmt: skip
+                     w * r - x * s + y * p + z * q, w * s + x * r - y * q + z * p], axis=-1)  # fmt: skip
 
 
 def rotated(q: np.ndarray, vector: np.ndarray) -> np.ndarray:

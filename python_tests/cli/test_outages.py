@@ -8,12 +8,11 @@ import pytest
 import recorded
 from command_line import hnav
 from driven import as_recording
-from hnav import read
+from hnav import earth, read
 from hnav.filters.ins_recording import with_aids
 from hnav.filters.options import Options
 from hnav.io.readers import read_aids
 from hnav.io.trajectories import read_trajectory, read_truth
-from hnav.reference import earth
 from hnav.reports.comparison import compare
 from hnav.reports.navigation_scores import navigation_score
 from hnav.rotations import rotation_error_rad

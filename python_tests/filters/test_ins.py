@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 import hnav
 from driven import push_aid
+from hnav import earth
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.options import option_table
 from hnav.native.library import SENSORS
-from hnav.reference import earth
 from studies.ins.experiment import experiment, figures, judged, wrapped
 from studies.ins.faults import EVERY, errors, lying, outcomes, simulated
 from studies.ins.flight import Flight

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import hnav
+from hnav import earth
 from hnav.filters.ins_answers import PHASES, InsRun
-from hnav.reference import earth
 from studies.ins import faults, hindsight
 from studies.ins.experiment import wrapped
 from studies.ins.faults import FAULTS

@@ -9,12 +9,12 @@ import pytest
 from fmpy import simulate_fmu
 
 import hnav
+from hnav import earth
 from hnav.errors import HnavError
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.options import INS_PRESETS, Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.native.library import SENSORS
-from hnav.reference import earth
 from importing import assert_fits_the_standard
 from studies.ins.vehicles import vehicle
 

@@ -4,9 +4,9 @@ import fmpy
 import numpy as np
 import pytest
 
+from hnav import earth
 from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.reference import earth
 from hnav.simulation.vehicle import Vehicle
 from hnav.systems.navigation_system import READ, READ_BY_SENSOR, STATED
 

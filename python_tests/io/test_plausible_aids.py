@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 
+from hnav.earth import axes_at, place_of, position_of
 from hnav.io.aids import AidSamples
 from hnav.io.plausible_aids import check_aids
 from hnav.io.readers import read_aids
 from hnav.io.readers.aid_columns import PER
 from hnav.io.recordings import Recording, RecordingError
-from hnav.reference.earth import axes_at, place_of, position_of
 
 PLACE = np.array([0.84, 0.2, 300.0])
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from driven import brought_about, missed_m
-from hnav import HnavValueError
-from hnav.reference import earth
+from hnav import HnavValueError, earth
 from hnav.simulation.vehicle import Drive, Vehicle
 
 KINDS = ("car", "aircraft", "ship", "rest")

@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from driven import brought_about, missed_m
-from hnav import HnavValueError
+from hnav import HnavValueError, earth
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.reference import earth
 from hnav.simulation.vehicle import Drive, Vehicle, VehicleOptions
 from hnav.simulation.way import FMU_POINTS, Way, read_way
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hnav.reference import earth
+from hnav import earth
 from hnav.simulation.vehicle import Vehicle
 from studies.ins.experiment import experiment, figures
 from studies.ins.vehicles import Truth, ideal

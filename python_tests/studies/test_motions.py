@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from command_line import answered
-from hnav.reference import earth
+from hnav import earth
 from hnav.rotations import quaternion_product
 from studies.bench import motions
 from studies.bench.__main__ import main

@@ -13,7 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from hnav.certify.gain_record import Correction
-from hnav.reference.hrekf import C_bn, product
+from hnav.certify.hrekf import C_bn
+from hnav.rotations import quaternion_product
 
 SMALLEST_SHARE = 1e-9  # of the largest eigenvalue: below, a covariance contains no disturbance in that direction
 
@@ -29,7 +30,7 @@ def attenuation(corrections: Sequence[Correction], q_true: np.ndarray, bias_true
     """q_true: n x 4 at each correction, magnetic north-east-down; bias_true: 3, rad/s, constant; weight: L, 6."""
 
     def error(true: np.ndarray, q: np.ndarray, b: np.ndarray) -> np.ndarray:
-        p = product(true, q * [1, -1, -1, -1])
+        p = quaternion_product(true, q * [1, -1, -1, -1])
         return np.concatenate([np.copysign(1, p[0]) * p[1:], C_bn(q).T @ (bias_true - b)])
 
     e = np.stack([error(true, c.q, c.b) for true, c in zip(q_true, corrections)])

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.certify.gain_record import Correction, GainRecord
-from hnav.reference.hrekf import C_bn
-from hnav.rotations import quaternion_exp
+from hnav.certify.hrekf import C_bn
+from hnav.rotations import quaternion_exp, quaternion_product, rotated
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,6 @@ class BoundaryStarts:
     worst_ratio: float  # largest V(k) e^{2 sigma T} / V(k-1) at a correction; the certificate says at most 1
     V: np.ndarray  # starts x (corrections + 1), over the level
     final_share: float  # largest V at the end, over the level
-
-
-def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """n x 4, row by row."""
-    v, u = a[:, 1:], b[:, 1:]
-    return np.hstack([a[:, :1] * b[:, :1] - np.sum(v * u, axis=1, keepdims=True), a[:, :1] * u + b[:, :1] * v + np.cross(v, u)])
 
 
 Starts = tuple[np.ndarray, np.ndarray]  # unit quaternions (count x 4) and bias errors (count x 3)
@@ -72,7 +66,7 @@ def flow(c: Correction, q: np.ndarray, e_b: np.ndarray) -> tuple[np.ndarray, np.
     for rate_n, interval_s in c.turns:
         half = 0.5 * interval_s
         back = quaternion_exp(np.broadcast_to(-half * rate_n, e_b.shape))
-        q = product(q, product(quaternion_exp(half * (rate_n + e_b)), back))
+        q = quaternion_product(q, quaternion_product(quaternion_exp(half * (rate_n + e_b)), back))
         e_b = Rotation.from_rotvec(interval_s * rate_n).apply(e_b)
     return q, e_b
 
@@ -85,7 +79,7 @@ def difference_of_measurements(c: Correction, q: np.ndarray) -> np.ndarray:
     for rows in (slice(0, 3), slice(3, 6)):
         # Along q itself h grows as 2 h, so the first column of H identifies the vector that the sensor measures; zero if it is missing.
         vector_n = to_body.T @ (0.5 * c.H[rows, 0])
-        turned = product(product(conjugate, np.broadcast_to([0, *vector_n], q.shape)), q)[:, 1:]
+        turned = rotated(conjugate, vector_n)
         differences.append((vector_n - turned) @ to_body.T)
     return np.hstack(differences)
 

@@ -19,12 +19,12 @@ from functools import cached_property
 
 import numpy as np
 
+from hnav.certify.hrekf import C_bn, HrekfEquations, Numbers, Xi, left_multiplication, right_multiplication
 from hnav.errors import HnavRuntimeError
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
-from hnav.reference.hrekf import C_bn, Numbers, ReferenceFilter, Xi, left_multiplication, product, right_multiplication
-from hnav.rotations import quaternion_exp
+from hnav.rotations import quaternion_exp, quaternion_product
 
 TOLERANCE = 1e-9  # reference against C: quaternion, bias in rad/s, covariance relative to its diagonal
 CHANNELS = 6  # rows of H: force, field; those of a missing sensor are zero
@@ -130,7 +130,7 @@ def body_maps(u: np.ndarray, t_s: np.ndarray) -> np.ndarray:
     return maps
 
 
-class WatchedReference(ReferenceFilter):
+class WatchedReference(HrekfEquations):
     """The reference, its flow in closed form, that keeps what passed since the last correction."""
 
     def __init__(self, options: Options):
@@ -150,7 +150,7 @@ class WatchedReference(ReferenceFilter):
         )
         noise[4:, 4:] = self.Q_b
         self.turns.append((C_bn(self.q).T @ u, interval_s))
-        q_next = product(self.q, quaternion_exp(0.5 * interval_s * u[None])[0])
+        q_next = quaternion_product(self.q, quaternion_exp(0.5 * interval_s * u[None])[0])
         before, after = body_axes(self.q), body_axes(q_next)
         maps = body_maps(u, np.r_[interval_s, interval_s * (0.5 + NODES)])
         Phi = after @ maps[0] @ before.T

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hnav import earth
 from hnav.errors import HnavValueError
 from hnav.filters.ins_aids import AIDS, WIDTHS, Aids
 from hnav.filters.ins_answers import InsRun, InsSamples
@@ -18,7 +19,6 @@ from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
 from hnav.rotations import quaternion_exp, quaternion_product, rotated, rotation_error_rad
 
-EARTH_RAD_S = 7.292115e-5
 MEAN_S = 1.0  # an acceleration is averaged over this time, as in the filter for a vibrating sensor
 RESTS_PER_S = 10.0  # rate at which rest measures a velocity
 PASCAL_PER_M = 12.0  # decrease of the air pressure with height
@@ -56,8 +56,8 @@ class Motion:
         horizontal = np.hypot(*smooth) > G_M_S2 * options.ready_tilt_rad
         velocity = np.stack([rows.forward(v) for v in run.velocity_n_m_s[rows.rows[rows.begins[1:] - 1]]])
         latitude = run.place[rows.rows[-1], 0]
-        earth = rows.forward(EARTH_RAD_S * np.array([math.cos(latitude), 0.0, -math.sin(latitude)]))
-        return cls(rows, velocity, mean * np.stack([horizontal, horizontal, np.ones_like(horizontal)], axis=1), earth)
+        rate_n = rows.forward(earth.RATE_RAD_S * np.array([math.cos(latitude), 0.0, -math.sin(latitude)]))
+        return cls(rows, velocity, mean * np.stack([horizontal, horizontal, np.ones_like(horizontal)], axis=1), rate_n)
 
     def held(self) -> Motion:
         """The same with the body held as at the start, at a steady velocity."""

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hnav.earth import axes_at, position_of
 from hnav.errors import HnavValueError
 from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
-from hnav.reference.earth import axes_at, position_of
 from hnav.reports.scores import errors_rad
 from hnav.rotations import quaternion_product, rotated, rotation_error_rad
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from hnav.earth import axes_at, position_of
 from hnav.filters.ins_answers import InsRun
 from hnav.filters.observer import ObserverRun
 from hnav.native.arrays import Array
-from hnav.reference.earth import axes_at, position_of
 from hnav.reports import plots
 
 WIDTH_PX, ROW_PX = 850, 190

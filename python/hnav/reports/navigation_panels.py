@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
+from hnav.earth import axes_at, position_of
 from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array, BoolArray, stretches
-from hnav.reference.earth import axes_at, position_of
 from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
 from hnav.reports.panels import Panel, band, blocks, dots, extremes, grid_of, line, panel_of, small, span, translucent
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hnav.earth import axes_at, position_of
 from hnav.errors import HnavValueError
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, paired
@@ -19,7 +20,6 @@ from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
-from hnav.reference.earth import axes_at, position_of
 from hnav.rotations import rotation_error_rad
 
 FALSE_RAD = np.radians(5)

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from hnav import __version__
+from hnav.earth import axes_at, position_of
 from hnav.filters.attitude_answers import Run
 from hnav.filters.ins_answers import InsRun
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
-from hnav.reference.earth import axes_at, position_of
 
 TUM, GPX = ".tum", ".gpx"
 POINT_S = 0.2

@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from hnav import earth
 from hnav.native.arrays import Array
-from hnav.reference import earth
 from hnav.systems.results import Run
 
 PLACE = ("latitude", "longitude", "height")

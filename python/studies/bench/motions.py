@@ -13,11 +13,11 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
+from hnav import earth
 from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from hnav.reference import earth
 from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs
 from studies.ins.vehicles import Truth, ideal, real
 

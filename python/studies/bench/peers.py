@@ -123,7 +123,7 @@ def _ahrs_madgwick(s: Samples) -> np.ndarray:
     from ahrs.filters import Madgwick
 
     # Its navigation frame has x north and z up.
-    x_north = quaternion_product(QUARTER_TURN * [1, -1, -1, -1], s.first_attitude())[0]
+    x_north = quaternion_product(QUARTER_TURN * [1, -1, -1, -1], s.first_attitude())
     q = Madgwick(gyr=s.rate_rad_s, acc=s.force_m_s2, mag=s.field_ut, frequency=s.rate_hz, q0=x_north).Q
     return quaternion_product(QUARTER_TURN, q)
 

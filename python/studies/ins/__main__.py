@@ -11,10 +11,10 @@ import numpy as np
 import typer
 from rich.table import Table
 
+from hnav import earth
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.filters.options import INS_PRESETS, Options
-from hnav.reference import earth
 from studies.command import WORKERS, Seed, Workers, after, check_choices, study, titled_table, tracked
 from studies.ins import flight as flights
 from studies.ins import hindsight, wheels

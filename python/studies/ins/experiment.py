@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
-from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD, wrapped
 from studies.ins.conditions import CONDITIONS
 from studies.ins.motions import AT_REST

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.errors import HnavRuntimeError
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.native.library import SENSORS
-from hnav.reference import earth
 from hnav.systems.navigation_views import wrapped
 from studies.ins.flight import FIRST_S, LANDING_S, Flight
 from studies.ins.vehicles import Samples, Truth, arriving, fixes, receiver, starts_of, vehicle

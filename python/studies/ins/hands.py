@@ -12,9 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import hnav
+from hnav import earth
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array
-from hnav.reference import earth
 from hnav.systems.navigation_views import FALSE_RAD
 from studies.processes import in_order
 

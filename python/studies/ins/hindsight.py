@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array, BoolArray
-from hnav.reference import earth
 from studies.ins.faults import FAULTS
 from studies.ins.vehicles import Truth, starts_of, vehicle
 from studies.processes import in_order

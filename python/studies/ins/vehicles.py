@@ -11,11 +11,11 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.filters.ins_aids import Aids
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
-from hnav.reference import earth
 from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
 OUTLIERS = 0.01

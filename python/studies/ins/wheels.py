@@ -11,10 +11,10 @@ from itertools import chain
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.arrays import Array
-from hnav.reference import earth
 from studies.ins.vehicles import Samples, Truth, fixes, starts_of, vehicle
 from studies.processes import in_order
 

@@ -22,8 +22,8 @@ from studies.mutants.mutated_copy import SWITCH
 PYTHON_LAWS = (
     "python_tests/filters/test_attitude.py", "python_tests/filters/test_health.py",
     "python_tests/filters/test_ins.py", "python_tests/filters/test_ins_error_filter.py", "python_tests/filters/test_ins_field.py",
-    "python_tests/filters/test_ins_smoother.py", "python_tests/reference/test_hrekf.py", "python_tests/reference/test_ins_error.py",
-    "python_tests/reference/test_ins_twin.py",
+    "python_tests/filters/test_ins_smoother.py", "python_tests/twins/test_hrekf.py", "python_tests/twins/test_ins_error.py",
+    "python_tests/twins/test_ins_twin.py",
     "python_tests/observer/test_bounds.py", "python_tests/observer/test_cosimulation_plants.py",
     "python_tests/observer/test_fmu_events.py", "python_tests/observer/test_fmu_plants.py",
     "python_tests/observer/test_large_plants.py", "python_tests/observer/test_live_plants.py",

@@ -10,10 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from hnav import Filter, Options
 from hnav.io.recordings import Recording
-from hnav.reference.ahrs import AhrsReference
-from hnav.reference.ahrs_parts import StillField
 from studies.bench.motions import motion
 from studies.readiness.starts import simulated_start
+from twins.ahrs import AhrsReference
+from twins.ahrs_parts import StillField
 
 GATES = {"accept": "accepted", "reject": "rejected", "inflate": "inflated", "begin inflating": "inflated"}
 PLAIN = dict(solver="closed_form", outlier_rate_rad_s=0.0, outlier_force_m_s2=0.0)

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from hnav import earth
+from hnav.certify.durations import has_lasted, has_passed
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
-from hnav.reference import earth
-from hnav.reference.times import has_lasted, has_passed
 
 D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
 LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)

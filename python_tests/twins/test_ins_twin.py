@@ -5,10 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import hnav
-from hnav.reference import earth
-from hnav.reference.ins import InsReference
+from hnav import earth
 from studies.ins.vehicles import fields as fields_of
 from studies.ins.vehicles import vehicle
+from twins.ins import InsReference
 
 STATED_M = (InsReference.SIGMA_M, 1.0, 4.0, 20.0, 0.1, 2.0)
 """The stated sigma of each fix in turn."""

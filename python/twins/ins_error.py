@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from hnav.filters.ins_error import InsErrorOptions, InsErrorRun
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array
-from hnav.reference.joint_hypotheses import JointHypotheses
+from twins.joint_hypotheses import JointHypotheses
 
 PRINTED = ("mdkf", "amdkf")
 

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from attitude_twins import PRECISE, difference
 from hnav import Filter, Options
-from hnav.reference.hrekf import bias_error_deg_s, run_reference
 from motion import tilted_motion
+from twins.hrekf import bias_error_deg_s, run_reference
 
 SETTINGS = {
     "hekf": {},

@@ -6,8 +6,9 @@ Places are n x 3: latitude, longitude in rad, height above the ellipsoid in m. P
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
-from hnav.native.arrays import Array
+Array = npt.NDArray[np.float64]
 
 RATE_RAD_S = 7.292115e-5
 EQUATOR_M = 6378137.0

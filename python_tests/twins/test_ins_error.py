@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hnav.filters.ins_error import FORMS, NOISE_SCALINGS, OUTPUTS, InsErrorFilter, InsErrorOptions
-from hnav.reference.ins_error import run_reference
 from linear_models import AXES, flight_of, odd_model
+from twins.ins_error import run_reference
 
 SETTINGS = [
     dict(form=form, noise_scaling=scaling, lag=lag)

@@ -5,16 +5,9 @@ import pytest
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from hnav.reference.hrekf import (
-    C_bn,
-    Omega,
-    Xi,
-    is_gap,
-    measurement,
-    printed_A,
-    printed_measurement,
-    usual_interval,
-)
+from hnav.certify.durations import is_gap, usual_interval
+from hnav.certify.hrekf import C_bn, Omega, Xi, measurement
+from twins.hrekf import printed_A, printed_measurement
 
 RATE = np.array([0.3, -0.7, 1.1])
 DIP = np.array([np.cos(1.1), 0, np.sin(1.1)])

@@ -1,15 +1,11 @@
-"""The paper's filter once more, in NumPy: slow, written to be read, and the oracle of the C library.
+"""The jump of the paper's filter, in NumPy: the same laws as c_src/attitude/hrekf, with the gain of each correction in sight.
 
     q' = 1/2 q (x) (0, u) = Xi(q) u,   b' = 0,   u = w - b
-    P' = A P + P A' + Q(q),   A = [[Omega(u), -Xi(q)], [0, 0]]
     jump: Sigma = (P^-1 - gamma^-2 L'L)^-1,  S = H Sigma H' + R,  K = Sigma H' S^-1,  x += K nu,
           P+ = (I - K H) Sigma (I - K H)' + K R K',  q <- q/|q| with its covariance
 
 Symbols are those of "Hybrid Robust Extended Kalman Filter for SINS initial alignment", TJEE 54(4), 2024,
-doi 10.22034/tjee.2023.57843.4683, whose equations (9) to (17) are corrected here. literal="kinematics" takes (9) as
-printed, multiplied from the wrong side: a level body that only yaws does not show it, a tilted one does. literal="all"
-adds (11), the discrete matrix I + dt A put into the continuous covariance equation, and (16) with wrong signs in four rows.
-    python -m hnav.reference.hrekf        prints what that costs
+doi 10.22034/tjee.2023.57843.4683, whose equations (9) to (17) are corrected here.
 
 Navigation frame: north-east-down of magnetic north inside; the options' frame, declination and mounting at the border.
 """
@@ -21,14 +17,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import brentq
 
-from hnav.filters.attitude import Filter
+from hnav.certify.durations import has_lasted, is_gap, usual_interval
 from hnav.filters.options import Options
-from hnav.reference.first_samples import AgreeingSamples
-from hnav.reference.times import has_lasted, is_gap, usual_interval
+from hnav.rotations import quaternion_product
 
 Numbers = npt.NDArray[Any]  # real, and complex where a derivative is taken
 
@@ -37,25 +31,6 @@ GRAVITY_N = np.array([0.0, 0.0, -1.0])  # direction of specific force at rest
 
 
 # --------------------------------------------------------------------------------------------- kinematics
-
-
-def product(a: Numbers, b: Numbers) -> Numbers:
-    """Hamilton's product of two quaternions."""
-    w, x, y, z = a
-    p, q, r, s = b
-    return np.array(
-        [
-            w * p - x * q - y * r - z * s,
-            w * q + x * p + y * s - z * r,
-            w * r - x * s + y * p + z * q,
-            w * s + x * r - y * q + z * p,
-        ]
-    )
-
-
-def Xi(q: Numbers) -> Numbers:
-    """4 x 3: Xi(q) u = 1/2 q (x) (0, u)."""
-    return np.stack([0.5 * product(q, np.r_[0, e]) for e in np.eye(3)], axis=1)
 
 
 def left_multiplication(p: Numbers) -> Numbers:
@@ -68,6 +43,11 @@ def right_multiplication(p: Numbers) -> Numbers:
     """4 x 4: q (x) p = right_multiplication(p) q."""
     w, x, y, z = p
     return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+
+
+def Xi(q: Numbers) -> Numbers:
+    """4 x 3: Xi(q) u = 1/2 q (x) (0, u)."""
+    return 0.5 * left_multiplication(q)[:, 1:]
 
 
 def Omega(u: Numbers) -> Numbers:
@@ -89,12 +69,11 @@ def C_bn(q: Numbers) -> Numbers:
 
 def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
     """A navigation vector in body axes, and its 3 x 4 Jacobian; both exact for any q."""
-
     conjugate, m = np.array([1, -1, -1, -1]), np.r_[0, reference_n]
-    turned = product(q * conjugate, m)
+    turned = quaternion_product(q * conjugate, m)
     # h is quadratic: h(q + e) - h(q) - h(e) = q* (x) m (x) e + e* (x) m (x) q.
-    H = left_multiplication(turned) + right_multiplication(product(m, q)) * conjugate
-    return product(turned, q)[1:], H[1:]
+    H = left_multiplication(turned) + right_multiplication(quaternion_product(m, q)) * conjugate
+    return quaternion_product(turned, q)[1:], H[1:]
 
 
 def accel_gate(o: Options) -> float:
@@ -102,35 +81,6 @@ def accel_gate(o: Options) -> float:
     return (
         o.accel_gate_nis if o.accel_gate_nis >= 0 else float(np.clip(0.13 * (0.115 / o.accel_noise_per_sqrt_hz) ** 2, 0.13, 13.9))
     )
-
-
-# --------------------------------------------------------------------------------------------- as printed
-
-
-def printed_A(u: Numbers, q: Numbers) -> Numbers:
-    """Equation (9): 1/2 (0, u) (x) q, the wrong side."""
-    A = np.zeros((7, 7))
-    A[:4, :4] = np.stack([0.5 * product(np.r_[0, u], e) for e in np.eye(4)], axis=1)
-    A[:4, 4:] = -np.stack([0.5 * product(np.r_[0, e], q) for e in np.eye(3)], axis=1)
-    return A
-
-
-def printed_measurement(q: Numbers, north: float, down: float) -> tuple[Numbers, Numbers]:
-    """Equation (16) with rows 2, 4, 5 and 6 as printed, and their own Jacobian (complex step)."""
-
-    def h(p: Numbers) -> Numbers:
-        a, b, c, d = p
-        return np.array([
-            -2 * (b * d - a * c),
-            -2 * (c * d - a * b),
-            -a * a + b * b + c * c - d * d,
-            north * (a * a + b * b + c * c - d * d) + 2 * down * (b * d - a * c),
-            2 * north * (b * d - a * c) + 2 * down * (c * d + a * b),
-            2 * north * (b * d + a * c) + down * (a * a + b * b - c * c + d * d),
-        ])  # fmt: skip
-
-    H = np.stack([h(q + 1e-30j * e).imag / 1e-30 for e in np.eye(4)], axis=1)
-    return h(q), H
 
 
 # --------------------------------------------------------------------------------------------- the robust law
@@ -192,19 +142,17 @@ CHANGE_MEMORY_S, GAP_TURN_FACTOR = 2.0, 2.5  # of the mean square change of the 
 MEAN_FORCE_S, FAR_COSINE, GRAVITY_M_S2 = 1.0, 0.76, 9.80665  # a mean force 40 deg off the vertical: the attitude is lost
 
 
-class ReferenceFilter:
-    """HEKF and HREKF by options; push one instant after the other with event()."""
+class HrekfEquations:
+    """HEKF and HREKF by options; push one instant after the other with event(). Start and flow are those of a subclass."""
 
-    def __init__(self, options: Options, literal: str = ""):
-        if literal not in ("", "kinematics", "all"):
-            raise ValueError(f"literal = {literal}: choose kinematics or all")
-        self.options, self.literal = options, literal
+    def __init__(self, options: Options):
+        self.options = options
         q_body_sensor = np.array(options.q_body_sensor) / np.linalg.norm(options.q_body_sensor)
         self.mounting = C_bn(q_body_sensor).T
         half = 0.5 * options.declination_rad
         to_true_north = np.array([np.cos(half), 0, 0, np.sin(half)])
         enu = np.array([0, np.sqrt(0.5), np.sqrt(0.5), 0])
-        self.user_from_internal = product(enu, to_true_north) if options.navigation_frame == "enu" else to_true_north
+        self.user_from_internal = quaternion_product(enu, to_true_north) if options.navigation_frame == "enu" else to_true_north
         self.q: Numbers = np.array([1.0, 0, 0, 0])
         self.b: Numbers = np.array(options.start_gyro_bias_rad_s)
         self.P: Numbers = np.diag(np.r_[np.zeros(4), np.full(3, options.start_sigma_bias_rad_s**2)])
@@ -226,7 +174,6 @@ class ReferenceFilter:
         """Initialises attitude and magnetic reference from the next samples; the bias and its covariance are kept."""
         o = self.options
         self.started = False
-        self.first = AgreeingSamples(o.start_samples)
         self.last: dict[str, float] = {}
         self.last_correction = 0.0
         self.information = np.zeros(2)  # tilt, heading: gained since the start
@@ -235,15 +182,10 @@ class ReferenceFilter:
 
     # ----------------------------------------------------------------------------------------- outputs
 
-    @property
-    def q_nb(self) -> Numbers:
-        """4: the attitude, body to the options' navigation frame."""
-        return product(self.user_from_internal, self.q)
-
     def rotation_covariance(self) -> Numbers:
         """3 x 3, about the internal navigation axes: theta = 2 vec(dq (x) conj(q))."""
         conjugate = self.q * [1, -1, -1, -1]
-        T = np.stack([2 * product(e, conjugate)[1:] for e in np.eye(4)], axis=1)
+        T = np.stack([2 * quaternion_product(e, conjugate)[1:] for e in np.eye(4)], axis=1)
         covariance: Numbers = T @ self.P[:4, :4] @ T.T
         return covariance
 
@@ -251,40 +193,7 @@ class ReferenceFilter:
 
     def flow(self, interval_s: float) -> None:
         """The estimate flows over an interval in which the rate is held."""
-        if self.literal:
-            self.printed_flow(interval_s)
-            return
-        o = self.options
-        u = np.zeros(3) if self.rate is None else self.rate - self.b
-
-        def slope(_: float, y: Numbers) -> Numbers:
-            q, P = y[:4], y[4:].reshape(7, 7)
-            A, Q = np.zeros((7, 7)), np.zeros((7, 7))
-            A[:4, :4], A[:4, 4:] = Omega(u), -Xi(q)
-            Q[:4, :4] = o.gyro_noise_rad_per_sqrt_s**2 * Xi(q) @ Xi(q).T + o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
-            Q[4:, 4:] = self.Q_b
-            slopes: Numbers = np.r_[Omega(u) @ q, (A @ P + P @ A.T + Q).ravel()]
-            return slopes
-
-        y = solve_ivp(slope, (0, interval_s), np.r_[self.q, self.P.ravel()], method="DOP853", rtol=1e-12, atol=1e-15).y[:, -1]
-        self.q, self.P = y[:4], y[4:].reshape(7, 7)
-
-    def printed_flow(self, interval_s: float) -> None:
-        """Two Euler steps; (11) is the discrete matrix inside the continuous equation, with its wrong element (4,1)."""
-        o = self.options
-        Q = np.zeros((7, 7))
-        Q[:4, :4] = o.gyro_noise_rad_per_sqrt_s**2 / 4 * np.eye(4) + o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
-        Q[4:, 4:] = self.Q_b
-        dt = interval_s / 2
-        for _ in range(2):
-            u = np.zeros(3) if self.rate is None else self.rate - self.b
-            A = printed_A(u, self.q)
-            F = A
-            if self.literal == "all":
-                F = np.eye(7) + dt * A
-                F[3, 0] = dt / 2 * u[0]
-            self.P = self.P + dt * (F @ self.P + self.P @ F.T + Q)
-            self.q = self.q + dt * A[:4, :4] @ self.q
+        raise NotImplementedError
 
     # ----------------------------------------------------------------------------------------- events
 
@@ -295,8 +204,7 @@ class ReferenceFilter:
             self.hold(t_s, rate)
         if self.started:
             self.flow(t_s - self.t)
-            if not self.literal:
-                self.pass_gap(t_s, rate, force)
+            self.pass_gap(t_s, rate, force)
         if self.started:
             self.correct(t_s, force, field)
         else:
@@ -346,30 +254,8 @@ class ReferenceFilter:
         self.information = np.zeros(2)
 
     def collect(self, t_s: float, force: Numbers | None, field: Numbers | None) -> None:
-        """TRIAD on the means of the first samples that agree; the paper's start x0 = 0 is no quaternion."""
-        o = self.options
-        self.first.add(t_s, np.zeros(3) if self.rate is None else self.rate - self.b, force, field)
-        f, m = self.first.means()
-        if f is None or m is None:
-            return
-        down = -f / np.linalg.norm(f)
-        east = np.cross(down, m)
-        east /= np.linalg.norm(east)
-        R_bn = np.stack([np.cross(east, down), east, down])
-        self.q = quaternion_of(R_bn)
-        if self.reference is None:
-            north, _, vertical = R_bn @ m
-            self.reference = (
-                float(np.linalg.norm(m)),
-                float(np.arctan2(vertical, north)),
-            )  # its azimuth is north by construction
-        theta = R_bn.T @ np.diag([o.start_sigma_tilt_rad**2] * 2 + [o.start_sigma_heading_rad**2]) @ R_bn
-        biases = self.P[4:, 4:]
-        self.P = np.zeros((7, 7))
-        self.P[:4, :4], self.P[4:, 4:] = Xi(self.q) @ theta @ Xi(self.q).T, biases
-        self.last_correction = t_s
-        self.P_after = self.P
-        self.started = True
+        """Starts the filter, at once or from the samples of several instants."""
+        raise NotImplementedError
 
     def interval(self, sensor: str, t_s: float) -> float:
         """The duration that one sample stands for: its variance is density^2 over this."""
@@ -392,10 +278,6 @@ class ReferenceFilter:
 
     def expected(self, directions: list[Direction]) -> tuple[list[Numbers], list[Numbers]]:
         """Predicted measurements (3 each), and their derivatives by the quaternion (3 x 4 each)."""
-        if self.literal == "all" and self.reference is not None:
-            h, H = printed_measurement(self.q, np.cos(self.reference[1]), np.sin(self.reference[1]))
-            place = {"accel": slice(0, 3), "mag": slice(3, 6)}
-            return [h[place[d.sensor]] for d in directions], [H[place[d.sensor]] for d in directions]
         pairs = [measurement(self.q, d.reference_n) for d in directions]
         return [h for h, _ in pairs], [H for _, H in pairs]
 
@@ -478,76 +360,3 @@ class ReferenceFilter:
         bounds = (o.adaptation_min_rad_s_per_sqrt_s**2, o.adaptation_max_rad_s_per_sqrt_s**2)
         self.Q_b = self.Q_b * (np.clip(mixed, *bounds) / level)
         self.direction, self.window_s, self.bias_sum, self.change = toward, 0.0, np.zeros(3), 0.0
-
-
-def quaternion_of(R_bn: Numbers) -> Numbers:
-    """Unit quaternion of a rotation matrix, body to navigation (largest eigenvector, Bar-Itzhack 2000)."""
-    R = R_bn
-    K = np.array([
-        [R[0, 0] - R[1, 1] - R[2, 2], R[1, 0] + R[0, 1], R[2, 0] + R[0, 2], R[2, 1] - R[1, 2]],
-        [R[1, 0] + R[0, 1], R[1, 1] - R[0, 0] - R[2, 2], R[2, 1] + R[1, 2], R[0, 2] - R[2, 0]],
-        [R[2, 0] + R[0, 2], R[2, 1] + R[1, 2], R[2, 2] - R[0, 0] - R[1, 1], R[1, 0] - R[0, 1]],
-        [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], R[0, 0] + R[1, 1] + R[2, 2]],
-    ])  # fmt: skip
-    v = np.linalg.eigh(K)[1][:, -1]
-    q = np.array([v[3], v[0], v[1], v[2]])
-    return q if q[0] >= 0 else -q
-
-
-def run_reference(
-    t_s: Numbers, rate: Numbers, force: Numbers, field: Numbers, options: Options, literal: str = ""
-) -> tuple[Numbers, Numbers, Numbers]:
-    """(q_nb n x 4, gyro bias n x 3, rotation sigma about the internal axes n x 3); NaN before the start."""
-    f = ReferenceFilter(options, literal)
-    n = len(t_s)
-    q, b, sigma = np.full((n, 4), np.nan), np.full((n, 3), np.nan), np.full((n, 3), np.nan)
-    for k in range(n):
-        f.event(t_s[k], rate[k], force[k], field[k])
-        if f.started:
-            q[k], b[k] = f.q_nb, f.b
-            sigma[k] = np.sqrt(np.maximum(0, np.diag(f.rotation_covariance())))
-    return q, b, sigma
-
-
-# --------------------------------------------------------------------------------------------- what the errata cost
-
-
-def tilted_turns(tilt_deg: float, duration_s: float = 40.0, seed: int = 3) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
-    """(t_s, rate, force, field, bias): a body pitched and rolled by tilt_deg that yaws to and fro by 60 deg; 50 Hz."""
-    from scipy.spatial.transform import Rotation
-
-    t = np.arange(0, duration_s, 0.02)
-    bias = np.radians([1.0, -1.5, 0.5])
-    angles = np.stack([60 * np.sin(0.3 * t), np.full_like(t, tilt_deg), np.full_like(t, tilt_deg)], axis=1)
-    attitude = Rotation.from_euler("ZYX", angles, degrees=True)
-    turned = (attitude[:-1].inv() * attitude[1:]).as_rotvec() / 0.02
-    noise = 1e-3 * np.random.default_rng(seed).normal(size=(len(t), 3))
-    rate = np.vstack([turned, turned[-1]]) + bias + noise
-    force = attitude.apply([0, 0, -9.81], inverse=True)
-    field = attitude.apply([2e-5, 0, 4.5e-5], inverse=True)
-    return t, rate, force, field, bias
-
-
-def bias_error_deg_s(tilt_deg: float, literal: str) -> float:
-    """Largest component of the gyro bias error after 40 s; infinity when the equations diverge before."""
-    t, rate, force, field, bias = tilted_turns(tilt_deg)
-    options = Options(
-        "hrekf", "paper", gamma_mode="off", start_sigma_bias_rad_s=0.05, start_sigma_tilt_rad=0.1, start_sigma_heading_rad=0.1
-    )
-    if not literal:
-        estimate = Filter(options).run(t, rate, force, field).gyro_bias_rad_s[-1]
-        return float(np.degrees(np.abs(estimate - bias)).max())
-    f = ReferenceFilter(options, literal)
-    with np.errstate(all="ignore"):
-        for k in range(len(t)):
-            f.event(t[k], rate[k], force[k], field[k])
-            if not np.isfinite(f.P).all() or not np.isfinite(f.b).all():
-                return np.inf
-    return float(np.degrees(np.abs(f.b - bias)).max())
-
-
-if __name__ == "__main__":
-    print("gyro bias error in deg/s after 40 s of yawing to and fro, with the equations as printed and corrected")
-    print("tilt / deg     (9) printed     all printed     corrected")
-    for tilt in (0.0, 20.0):
-        print(f"{tilt:10.0f}", *(f"{bias_error_deg_s(tilt, literal):15.2f}" for literal in ("kinematics", "all", "")))

@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
+from hnav.certify.durations import has_lasted, has_passed, is_gap, is_within, usual_interval
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
-from hnav.reference.first_samples import G_M_S2, AgreeingSamples
-from hnav.reference.ins import cross_matrix, turned
-from hnav.reference.times import has_lasted, has_passed, is_gap, is_within, usual_interval
+from twins.first_samples import G_M_S2, AgreeingSamples
+from twins.ins import cross_matrix, turned
 
 ANY_HEADING = math.pi**2 / 3
 """Variance of an unknown heading."""

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from hnav.certify.durations import is_within
 from hnav.native.arrays import Array
-from hnav.reference.ins import turned
-from hnav.reference.times import is_within
+from twins.ins import turned
 
 G_M_S2 = 9.80665
 PATIENCE_S = 1.0

@@ -21,9 +21,11 @@ import math
 
 import numpy as np
 
+from hnav.certify.durations import has_lasted, has_passed, is_within
+from hnav.certify.hrekf import inflate
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
-from hnav.reference.ahrs_parts import (
+from twins.ahrs_parts import (
     ANY_HEADING,
     LASTING_DENSITY2,
     VERTICAL2,
@@ -45,10 +47,9 @@ from hnav.reference.ahrs_parts import (
     intensities_of,
     wrap,
 )
-from hnav.reference.first_samples import G_M_S2
-from hnav.reference.hrekf import inflate, quaternion_of
-from hnav.reference.ins import cross_matrix, turned
-from hnav.reference.times import has_lasted, has_passed, is_within
+from twins.first_samples import G_M_S2
+from twins.hrekf import quaternion_of
+from twins.ins import cross_matrix, turned
 
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25

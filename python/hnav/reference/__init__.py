@@ -1,1 +1,0 @@
-"""The mathematics again in NumPy, slow and written to be read: the oracle of the tests."""
