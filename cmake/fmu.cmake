@@ -149,7 +149,7 @@ function(hnav_add_fmu)
 endfunction()
 
 # hnav_add_observer(Observer Pendulum FOLDER): the FMU around any plant, here around one of ours. What differs from plant to plant is
-# text, which `hnav.systems.observer_system` has written to FOLDER/both, FOLDER/fmi2 and FOLDER/fmi3.
+# text, which `makers.observer` has written to FOLDER/both, FOLDER/fmi2 and FOLDER/fmi3.
 function(hnav_add_observer name plant texts)
   string(TOLOWER ${name} id)
   string(TOLOWER ${plant} plant_id)

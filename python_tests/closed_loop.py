@@ -9,7 +9,7 @@ from contextlib import ExitStack
 import numpy as np
 
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.systems.turntable_scenarios import COMPONENTS, SAMPLES, TRUTH
+from makers.turntable_scenarios import COMPONENTS, SAMPLES, TRUTH
 
 REALS = [name for name in SAMPLES if not name.endswith(("sample", "valid"))]
 COUNTERS = [name for name in SAMPLES if name.endswith("sample")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hnav.systems.turntable_scenarios import SCENARIOS, hrekf_parameters
+from makers.turntable_scenarios import SCENARIOS, hrekf_parameters
 
 NAME = "EKF, larger Q"
 WALK = "gyro_bias_walk_rad_s_per_sqrt_s"

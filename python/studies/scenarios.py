@@ -18,7 +18,7 @@ from hnav.cli.console import bar, show
 from hnav.cli.montecarlo import means_table
 from hnav.cli.words import UsageError
 from hnav.systems.montecarlo import jobs, run_jobs
-from hnav.systems.turntable_scenarios import SCENARIOS
+from makers.turntable_scenarios import SCENARIOS
 from studies.command import WORKERS, Workers, check_choices, study
 from studies.larger_q import NAME, in_turntable
 

@@ -239,7 +239,7 @@ def test_nothing_is_said_to_be_published():
 
 
 def modules() -> list[str]:
-    return sorted({name for page in PAGES for name in re.findall(r"-m ((?:hnav|studies|twins)[\w.]*)", page.read_text())})
+    return sorted({name for page in PAGES for name in re.findall(r"-m ((?:hnav|makers|studies|twins)[\w.]*)", page.read_text())})
 
 
 @pytest.mark.parametrize("module", modules())

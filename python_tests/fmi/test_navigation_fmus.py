@@ -8,7 +8,7 @@ from hnav import earth
 from hnav.errors import HnavError
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.simulation.vehicle import Vehicle
-from hnav.systems.navigation_system import READ, READ_BY_SENSOR, STATED
+from makers.navigation import READ, READ_BY_SENSOR, STATED
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")

@@ -15,8 +15,8 @@ import test_fmu
 from checkout import in_another_process
 from closed_loop import REALS
 from hnav.fmi.fmus import Fmu, fmu_path
-from hnav.systems.turntable_scenarios import SAMPLES, TRUTH
 from importing import assert_fits_the_standard, step_once
+from makers.turntable_scenarios import SAMPLES, TRUTH
 
 VERSIONS = (2, 3)
 versions = pytest.mark.parametrize("version", VERSIONS, ids=lambda v: f"fmi{v}")

@@ -14,11 +14,11 @@ from hnav.filters.options import INS_PRESETS
 from hnav.fmi.fmus import fmu_path
 from hnav.io.model_files import model_files
 from hnav.systems.montecarlo import Job, rows_of
-from hnav.systems.navigation_system import SYSTEMS, grade_values
 from hnav.systems.navigation_views import Navigator, navigators, wrapped
 from hnav.systems.results import Run
 from hnav.systems.simulation import LoadedSystem, simulate
 from importing import ecos
+from makers.navigation import SYSTEMS, grade_values
 
 FOLDER = TOP / "models" / "systems"
 systems = pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.name)
@@ -41,7 +41,7 @@ def test_the_files_in_the_repository_are_those_that_the_definition_gives(system,
     system.write(tmp_path)
     written = {str(p.relative_to(tmp_path)): p.read_text() for p in tmp_path.rglob("*.ss?")}
     kept = {str(p.relative_to(FOLDER / system.name)): p.read_text() for p in (FOLDER / system.name).rglob("*.ss?")}
-    assert written == kept, "python -m hnav.systems.navigation_system models/systems"
+    assert written == kept, "python -m makers.navigation models/systems"
 
 
 @systems

@@ -10,8 +10,8 @@ from command_line import hnav
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import read_plan
 from hnav.fmi.fmus import fmu_path
-from hnav.systems.observer_system import write_system
 from importing import assert_fits_the_standard, ecos
+from makers.observer import write_system
 from systems.test_systems import bound_parameters
 
 FOLDER = TOP / "models" / "systems" / "observer"
@@ -29,7 +29,7 @@ def seen(ssp) -> np.ndarray:
 
 
 def test_the_files_in_the_repository_are_those_that_plan_and_fmus_give(tmp_path):
-    """After ./run fmus, `python -m hnav.systems.observer_system models/systems/observer` writes them."""
+    """After ./run fmus, `python -m makers.observer models/systems/observer` writes them."""
     write_system(tmp_path, FOLDER)
     written = {str(p.relative_to(tmp_path)): p.read_text() for p in tmp_path.rglob("*.*")}
     kept = {str(p.relative_to(FOLDER)): p.read_text() for p in FOLDER.rglob("*.*") if p.name not in ("plan.toml", "README.md")}

@@ -15,9 +15,9 @@ from checkout import TOP, built_system
 from closed_loop import closed_run
 from hnav.fmi.fmus import fmu_path
 from hnav.io.sensors import GRADES
-from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SCENARIOS, grade_values
-from hnav.systems.turntable_system import TURNTABLE
 from importing import ecos
+from makers.turntable import TURNTABLE
+from makers.turntable_scenarios import COMPONENTS, FILTERS, SCENARIOS, grade_values
 
 FOLDER = TOP / "models" / "systems" / "turntable"
 SETS = [f"scenarios/{name}.ssv" for name in SCENARIOS] + [f"grades/{name}.ssv" for name in GRADES]

@@ -12,8 +12,8 @@ import fmpy
 from fmpy.model_description import ScalarVariable
 
 from hnav.fmi.fmus import fmu_path
-from hnav.systems.parameter_sets import BASE_UNITS, parameter_element, parameter_set, unit_elements
 from hnav.systems.structure import Value
+from makers.parameter_sets import BASE_UNITS, parameter_element, parameter_set, unit_elements
 
 Values = dict[str, Value]
 NOMINAL = "nominal"

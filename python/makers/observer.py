@@ -1,6 +1,6 @@
 """The files of the pendulum and its observer: models/systems/observer, written from the plan and the FMUs.
 
-python -m hnav.systems.observer_system FOLDER
+python -m makers.observer FOLDER
 
 The FMU Observer in build/fmus is made of what this writes. It is the shell that hnav.Observer.export fills again for other plants.
 """
@@ -15,7 +15,7 @@ from hnav.filters.observer_export import texts
 from hnav.filters.observer_plan import read_plan
 from hnav.fmi.fmus import Fmu
 from hnav.io.fmu_files import fmu_path
-from hnav.systems.system_files import NOMINAL, Definition
+from makers.system_files import NOMINAL, Definition
 
 PLANT = "Pendulum"
 PERIOD_S = 0.02

@@ -1,6 +1,6 @@
 """The files of the systems navigation and gyrocompass: models/systems, written from their FMUs and the presets of the Ins.
 
-python -m hnav.systems.navigation_system FOLDER
+python -m makers.navigation FOLDER
 
 Vehicle -> ImuMagSensor, Gnss, Baro, Wheel -> Ins, and a body at rest -> ImuMagSensor -> Ins, which finds north by the rate of the Earth.
 The heading at the start is any. The inertial sensors have the noise and the biases that the preset of the Ins states.
@@ -13,8 +13,8 @@ from pathlib import Path
 
 from hnav.filters.options import CAR_ACROSS_M_S, INS_PRESETS, Options
 from hnav.io.sensors import DEG
-from hnav.systems.system_files import NOMINAL, Definition, Values
 from hnav.units import G_M_S2
+from makers.system_files import NOMINAL, Definition, Values
 
 PERIOD_S = 0.01
 ROOT_HOUR = 60.0

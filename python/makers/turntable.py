@@ -1,6 +1,6 @@
 """The files of the turntable experiment: models/systems/turntable, written from the FMUs, the grades and the scenarios.
 
-python -m hnav.systems.turntable_system FOLDER
+python -m makers.turntable FOLDER
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 from hnav.io.sensors import GRADES
-from hnav.systems.system_files import Definition
-from hnav.systems.turntable_scenarios import COMPONENTS, FILTERS, SAMPLES, SCENARIOS, TRUTH, grade_values
+from makers.system_files import Definition
+from makers.turntable_scenarios import COMPONENTS, FILTERS, SAMPLES, SCENARIOS, TRUTH, grade_values
 
 DESCRIPTIONS = {
     "turntable": "truth", "sensor": "samples with counters and time stamps", "hekf": "gamma off: the hybrid extended Kalman filter",
