@@ -11,7 +11,7 @@ from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.cli.parameters import Strict, page_option
-from hnav.cli.recordings import Reading, warn, warnings_of, with_reading
+from hnav.cli.recordings import Reading, warn, warnings_of, with_groups
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer
@@ -24,7 +24,7 @@ from hnav.units import G_M_S2, TESLA_PER
 UNCALIBRATED = ("strength", "sign")  # findings that an uncalibrated magnetometer may cause
 
 
-@with_reading
+@with_groups
 def command(
     recording: Annotated[
         Path, typer.Argument(help="Recording of the sensor being turned about all axes, in the formats of hnav filter")

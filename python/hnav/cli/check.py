@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import say
-from hnav.cli.recordings import Reading, lines_of, with_reading
+from hnav.cli.recordings import Reading, lines_of, with_groups
 from hnav.cli.words import with_options
 from hnav.filters.ins_recording import with_aids
 from hnav.io.plausibility import LEVELS, NOTED
@@ -17,7 +17,7 @@ from hnav.io.plausible_aids import check_aids
 IMPLAUSIBLE = 1  # exit code
 
 
-@with_reading
+@with_groups
 def command(
     recording: Annotated[Path, typer.Argument(help="Recording in the formats of hnav filter")],
     *,

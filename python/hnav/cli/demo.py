@@ -20,7 +20,7 @@ import typer
 from hnav.cli.console import console, say, working
 from hnav.cli.filter import write_page
 from hnav.cli.parameters import Force, Settings, Strict, parse_settings
-from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_reading
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_groups
 from hnav.filters.run_summary import rows, summary
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result
@@ -36,7 +36,7 @@ SEEDS = range(1, 6)
 SCENARIOS = {"nominal": "in a true field", "magnetic_disturbance": "with 0.3 of the field false for 10 s"}
 
 
-@with_reading
+@with_groups
 def command(
     recording: Annotated[
         Path | None,

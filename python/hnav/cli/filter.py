@@ -15,29 +15,9 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import bar, say
-from hnav.cli.parameters import (
-    Body,
-    Engine,
-    FilterOrIns,
-    Force,
-    Frame,
-    Gnss,
-    Outages,
-    PlaceAndDate,
-    Preset,
-    Scheduler,
-    Sensor,
-    SensorGrade,
-    Settings,
-    Smooth,
-    Strict,
-    TruthFile,
-    Workers,
-    page_option,
-    parse_settings,
-)
-from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_reading, z_points_up
-from hnav.cli.wanted import Wanted, preset_and_settings, reading_at
+from hnav.cli.parameters import Engine, Force, Gnss, Outages, Scheduler, Smooth, Strict, TruthFile, Workers, page_option
+from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_groups, z_points_up
+from hnav.cli.wanted import Choice, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
@@ -60,7 +40,7 @@ RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_r
 OUTLIERS = {"gyro": "outlier_rate_rad_s", "accel": "outlier_force_m_s2"}
 
 
-@with_reading
+@with_groups
 def command(
     recordings: Annotated[
         list[str],
@@ -77,15 +57,12 @@ def command(
         ),
     ] = None,
     report: Annotated[Path | None, page_option("Page to write: figures, panels, a body that turns")] = None,
-    filter: FilterOrIns = "ahrs",
     engine: Engine = "c",
-    settings: Settings = None,
-    preset: Preset = "default",
     step: Annotated[
         float | None, typer.Option(metavar="SECONDS", help="Communication step of an FMU; default: from sample to sample")
     ] = None,
-    frame: Frame = None,
     *,
+    choice: Choice,
     reading: Reading,
     strict: Strict = False,
     force: Force = False,
@@ -95,16 +72,10 @@ def command(
     outages: Outages = None,
     workers: Workers = 1,
     scheduler: Scheduler = None,
-    place_and_date: PlaceAndDate = None,
-    grade: SensorGrade = None,
-    sensor: Sensor = None,
-    body: Body = None,
 ) -> None:
-    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
-    wanted = Wanted(
-        reading_at(place_and_date, reading), filter, engine, of_options | parse_settings(settings), preset, step, frame, strict, force, smooth, sensor,
-        gnss, truth, outages,
-    )  # fmt: skip
+    wanted = choice.wanted(
+        reading, engine=engine, step=step, strict=strict, force=force, smooth=smooth, gnss=gnss, truth=truth, outages=outages
+    )
     paths = expanded(recordings)
     if len(paths) == 1 and recordings == [str(paths[0])]:
         filter_one(paths[0], out, report, wanted)

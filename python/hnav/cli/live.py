@@ -19,19 +19,8 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import console
 from hnav.cli.live_filters import LiveFilter, live_filter
-from hnav.cli.parameters import (
-    Body,
-    FilterOrIns,
-    Frame,
-    PlaceAndDate,
-    Preset,
-    Sensor,
-    SensorGrade,
-    Settings,
-    parse_settings,
-)
-from hnav.cli.recordings import Reading, lines_of, warn, with_reading
-from hnav.cli.wanted import INS, Corrected, corrected_by, preset_and_settings, reading_at
+from hnav.cli.recordings import Reading, lines_of, warn, with_groups
+from hnav.cli.wanted import INS, Choice, Corrected
 from hnav.cli.words import UsageError, with_options
 from hnav.filters.options import Options
 from hnav.filters.run_files import formats_of
@@ -53,7 +42,7 @@ LAST_NOTES = 6
 NOTHING = "warning: no line had samples of a gyroscope and an accelerometer"
 
 
-@with_reading
+@with_groups
 def command(
     source: Annotated[
         str,
@@ -62,7 +51,6 @@ def command(
             "- for standard input; lines of CSV or JSON"
         ),
     ],
-    filter: FilterOrIns = "ahrs",
     to: Annotated[
         str | None, typer.Option(metavar="udp://HOST:PORT", help="Send the estimates there instead of to standard output")
     ] = None,
@@ -76,23 +64,17 @@ def command(
     seconds: Annotated[
         float | None, typer.Option(help="End after so long; default: at the end of the source, or by Ctrl-C")
     ] = None,
-    settings: Settings = None,
-    preset: Preset = "default",
-    frame: Frame = None,
     *,
+    choice: Choice,
     reading: Reading,
-    place_and_date: PlaceAndDate = None,
-    grade: SensorGrade = None,
-    sensor: Sensor = None,
-    body: Body = None,
 ) -> None:
     refuse_of_recordings(reading)
-    preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
-    chosen = of_frame(filter, frame) | of_options | parse_settings(settings)
-    corrected = corrected_by(sensor)
+    wanted = choice.wanted(reading)
+    filter, chosen = wanted.filter, of_frame(wanted.filter, wanted.frame) | {**wanted.settings}
+    corrected = wanted.corrected()
     with ExitStack() as opened:
-        estimator, checked = live_filter(Options(filter, preset, **chosen)), reading_at(place_and_date, reading)
-        live = Live(LiveLines(reading.wishes(), aids=filter == INS), estimator, corrected, checked)
+        estimator = live_filter(Options(filter, wanted.preset, **chosen))
+        live = Live(LiveLines(reading.wishes(), aids=filter == INS), estimator, corrected, wanted.reading)
         live_source = LiveSource.named(source, baud, aids=filter == INS)
         if to is not None:
             live.estimates.append(opened.enter_context(Sender(to)).send)

@@ -12,13 +12,13 @@ from rich.table import Table
 
 from hnav.cli.console import say, show, working
 from hnav.cli.parameters import page_option
-from hnav.cli.recordings import Reading, with_reading
+from hnav.cli.recordings import Reading, with_groups
 from hnav.filters.noise import ENTRIES, SensorNoise, figures, noise_of
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.sensors import write_sensor
 
 
-@with_reading
+@with_groups
 def command(
     recordings: Annotated[
         list[Path],

@@ -6,7 +6,7 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -110,20 +110,21 @@ class Reading:
         return data.check(self.hemisphere)
 
 
-def with_reading(command: Callable[..., None]) -> Callable[..., None]:
-    """The command for typer: its parameter `reading` becomes the options of Reading, in its place."""
-    options = {
-        name: inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=getattr(Reading, name), annotation=hint)
-        for name, hint in get_type_hints(Reading, include_extras=True).items()
-    }
+def with_groups(command: Callable[..., None]) -> Callable[..., None]:
+    """The command for typer: a parameter whose type is a dataclass becomes the options that are its fields, in its place."""
     hints = get_type_hints(command, include_extras=True)
+    groups = {name: get_type_hints(hint, include_extras=True) for name, hint in hints.items() if is_dataclass(hint)}
     shown: list[inspect.Parameter] = []
     for name, parameter in inspect.signature(command).parameters.items():
-        shown += options.values() if name == "reading" else [parameter.replace(annotation=hints[name])]
+        if name not in groups:
+            shown.append(parameter.replace(annotation=hints[name]))
+        for option, hint in groups.get(name, {}).items():
+            shown.append(parameter.replace(name=option, default=getattr(hints[name], option), annotation=hint))
 
     @functools.wraps(command)
     def called(**given: Any) -> None:
-        command(reading=Reading(**{name: given.pop(name) for name in options}), **given)
+        made = {name: hints[name](**{option: given.pop(option) for option in group}) for name, group in groups.items()}
+        command(**made, **given)
 
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
     called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]

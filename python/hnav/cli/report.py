@@ -10,24 +10,9 @@ import typer
 
 from hnav.cli.console import say
 from hnav.cli.filter import filter_one
-from hnav.cli.parameters import (
-    Body,
-    FilterOrIns,
-    Force,
-    Frame,
-    Gnss,
-    PlaceAndDate,
-    Preset,
-    Sensor,
-    SensorGrade,
-    Settings,
-    Smooth,
-    Strict,
-    page_option,
-    parse_settings,
-)  # fmt: skip
-from hnav.cli.recordings import Reading, with_reading
-from hnav.cli.wanted import Wanted, preset_and_settings, reading_at
+from hnav.cli.parameters import Force, Gnss, Smooth, Strict, page_option
+from hnav.cli.recordings import Reading, with_groups
+from hnav.cli.wanted import Choice
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError
 from hnav.io.outputs import refuse_overwriting
@@ -37,7 +22,7 @@ KEYS = {"scenario", "seed", "filter", "failure"}
 """Columns of every table of hnav montecarlo."""
 
 
-@with_reading
+@with_groups
 def command(
     source: Annotated[
         Path,
@@ -52,20 +37,13 @@ def command(
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Of a simulation: also draw the main panels as PNG there")
     ] = None,
-    filter: FilterOrIns = "ahrs",
-    settings: Settings = None,
-    preset: Preset = "default",
-    frame: Frame = None,
     *,
+    choice: Choice,
     reading: Reading,
     strict: Strict = False,
     force: Force = False,
     smooth: Smooth = False,
     gnss: Gnss = None,
-    place_and_date: PlaceAndDate = None,
-    grade: SensorGrade = None,
-    sensor: Sensor = None,
-    body: Body = None,
     open: Annotated[bool, typer.Option("--open", help="Show it in the browser")] = False,
 ) -> None:
     if is_simulation(source):
@@ -78,12 +56,7 @@ def command(
         if pictures is not None:
             raise UsageError("--pictures: of a simulation only; of a recording, Run.plot draws one in Python")
         file = out or beside(source, ".html")
-        preset, of_options = preset_and_settings(filter, preset, grade, sensor, place_and_date, body)
-        wanted = Wanted(
-            reading_at(place_and_date, reading), filter, settings=of_options | parse_settings(settings), preset=preset, frame=frame,
-            strict=strict, force=force, smooth=smooth, sensor=sensor, gnss=gnss,
-        )  # fmt: skip
-        filter_one(source, None, file, wanted)
+        filter_one(source, None, file, choice.wanted(reading, strict=strict, force=force, smooth=smooth, gnss=gnss))
     if open:
         typer.launch(str(file))
 

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import radians
 from pathlib import Path
+from typing import Any
 
+from hnav.cli.parameters import Body, FilterOrIns, Frame, PlaceAndDate, Preset, Sensor, SensorGrade, Settings, parse_settings
 from hnav.cli.recordings import Reading
 from hnav.cli.words import UsageError
 from hnav.filters.options import option_table, options_of_place, options_of_sensor
@@ -39,59 +41,54 @@ class Wanted:
     outages: str | None = None
 
     def corrected(self) -> Corrected | None:
-        """The correction of a recording by the calibrations of the sensor file. Raises HnavError."""
-        return corrected_by(self.sensor)
+        """The correction of a recording by the calibrations of the sensor file; None if it has none. Raises HnavError."""
+        grade = None if self.sensor is None else read_grade(self.sensor)
+        return grade.apply_to if grade is not None and grade.corrections else None
 
     def made_of(self, recording: Path) -> list[str]:
         """The sources in the head of a table."""
         return [f"recording {recording}", *([f"sensors by {self.sensor}"] if self.sensor else [])]
 
 
-def corrected_by(sensor: Path | None) -> Corrected | None:
-    """None if the sensor file has no calibration. Raises HnavError."""
-    grade = None if sensor is None else read_grade(sensor)
-    return grade.apply_to if grade is not None and grade.corrections else None
+@dataclass(frozen=True)
+class Choice:
+    """Which filter, with what settings: the options of each command that filters a recording or arriving samples."""
 
+    filter: FilterOrIns = "ahrs"
+    settings: Settings = None
+    preset: Preset = "default"
+    frame: Frame = None
+    place_and_date: PlaceAndDate = None
+    grade: SensorGrade = None
+    sensor: Sensor = None
+    body: Body = None
 
-def preset_and_settings(
-    filter: str, preset: str, grade: str | None, sensor: Path | None, place_and_date: str | None, body: str | None
-) -> tuple[str, dict[str, str]]:
-    """The preset, which for the INS is the grade, and the settings of sensors, place and body. Raises UsageError, HnavError."""
-    of_place = settings_of_place(filter, place_and_date) | _of_body(filter, body)
-    if filter == INS:
-        return grade or preset, _of_sensor(filter, sensor) | of_place
-    if grade is not None and sensor is not None:
-        raise UsageError("--grade and --sensor: give one of them")
-    if grade is not None and grade not in GRADES:
-        raise UsageError(f"--grade {grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
-    return preset, _of_sensor(filter, sensor or grade) | of_place
+    def wanted(self, reading: Reading, **more: Any) -> Wanted:
+        """With further options by name. The hemisphere is that of the place, unless it is given. Raises UsageError, HnavError."""
+        place = None if self.place_and_date is None else place_of(self.place_and_date)
+        if place is not None and reading.hemisphere is None:
+            reading = replace(reading, hemisphere=hemisphere_at(place[0]))
+        of_ins = self.filter == INS  # its preset is the grade
+        found = options_of_sensor(self.filter, self.sensor if of_ins else self._sensor_or_grade())
+        found |= options_of_place(self.filter, place)
+        settings = {name: str(value) for name, value in found.items()} | self._of_body() | parse_settings(self.settings)
+        preset = (self.grade if of_ins else None) or self.preset
+        return Wanted(reading, self.filter, settings=settings, preset=preset, frame=self.frame, sensor=self.sensor, **more)
 
+    def _sensor_or_grade(self) -> Path | str | None:
+        if self.grade is not None and self.sensor is not None:
+            raise UsageError("--grade and --sensor: give one of them")
+        if self.grade is not None and self.grade not in GRADES:
+            raise UsageError(f"--grade {self.grade}: choose one of {', '.join(GRADES)}, or give --sensor FILE")
+        return self.sensor or self.grade
 
-def _of_body(filter: str, body: str | None) -> dict[str, str]:
-    if body is None:
-        return {}
-    if BODY not in option_table(filter):
-        raise UsageError(f"--body {body}: {filter} has no such option: use --filter ahrs or --filter ins")
-    option_table(filter)[BODY].parse(body)  # refuses what is no body
-    return {BODY: body}
-
-
-def _of_sensor(filter: str, sensor: Path | str | None) -> dict[str, str]:
-    return {name: str(value) for name, value in options_of_sensor(filter, sensor).items()}
-
-
-def settings_of_place(filter: str, place_and_date: str | None) -> dict[str, str]:
-    """Raises UsageError for text that is no place and date, HnavError for a place or a date outside the model."""
-    if place_and_date is None:
-        return {}
-    return {name: str(value) for name, value in options_of_place(filter, place_of(place_and_date)).items()}
-
-
-def reading_at(place_and_date: str | None, reading: Reading) -> Reading:
-    """With the hemisphere of the place, unless it is given. Raises UsageError."""
-    if place_and_date is None or reading.hemisphere is not None:
-        return reading
-    return replace(reading, hemisphere=hemisphere_at(place_of(place_and_date)[0]))
+    def _of_body(self) -> dict[str, str]:
+        if self.body is None:
+            return {}
+        if BODY not in option_table(self.filter):
+            raise UsageError(f"--body {self.body}: {self.filter} has no such option: use --filter ahrs or --filter ins")
+        option_table(self.filter)[BODY].parse(self.body)  # refuses what is no body
+        return {BODY: self.body}
 
 
 def place_of(place_and_date: str) -> tuple[float, float, float, float]:
