@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hnav.errors import HnavError
-from hnav.reports.flights import channels, draw_flight, is_flight
+from hnav.reports.flights import channels, is_flight
 from hnav.systems.simulation import Run, simulate
 
 
@@ -52,10 +52,24 @@ def test_a_stretch_that_is_too_short_has_no_mean(run):
     assert np.isnan(channel.rmse(channel.tracks[0], faulty=True)) and channel.rmse(channel.tracks[0], faulty=False) > 0
 
 
-def test_the_picture_has_a_column_for_each_state(run):
+def test_the_picture_has_a_row_for_each_state(run):
+    pytest.importorskip("plotly", reason="plotly is not installed: no picture")
+    from hnav.reports.flight_panels import estimates_of
+    from hnav.reports.pictures import picture_of
+
     flight = [c for c in channels(run) if c.aircraft == "aircraft_longitudinal"]
-    axes = draw_flight(flight).axes
-    assert len(axes) == 12 and axes[2].get_title(loc="left") == "pitch rate q"
+    figure = estimates_of(flight)
+    picture = picture_of(figure, run)
+    rows = np.reshape(picture.axes, (4, 3))
+    assert [axes.get_ylabel() for axes in rows[:, 0]] == [f"{c.title} / {c.unit}" for c in flight]
+    assert [text.get_text() for text in picture.texts] == ["estimate", "error", "fault probability"]
+    for axes, x in zip(rows.ravel(), figure.select_xaxes()):
+        assert axes.get_xlim() == tuple(x.range) == (run.t_s[0], run.t_s[-1])
+    drawn = rows[2, 0].get_lines()
+    np.testing.assert_allclose(drawn[-1].get_ydata(), next(t for t in figure.data if t.name == "truth" and t.yaxis == "y7").y)
+    # The time of the fault is shaded behind the state with more noise, and behind no other.
+    shaded = [sum(patch.get_width() == 7.0 for patch in axes.patches) for axes in rows[:, 0]]
+    assert shaded == [0, 0, 1, 1]
 
 
 def test_the_report_and_its_pictures_show_the_flight(run, tmp_path):

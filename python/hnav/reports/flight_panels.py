@@ -14,6 +14,7 @@ from hnav.reports.panels import band, dots, grid_of, line, panel, table
 from hnav.systems.results import Run
 
 FAULT_COLOUR = "#F3E9DC"
+PROBABILITY = [-0.04, 1.06]  # axis
 
 
 def _rows(flight: list[Channel], titles: list[str], draw_row: Callable[[go.Figure, int, Channel], None]) -> go.Figure:
@@ -32,9 +33,15 @@ def _label(channel: Channel) -> str:
     return f"{channel.title}" + (f" / {channel.unit}" if channel.unit else "")
 
 
-@panel("flight", "Estimates and their errors", "Left the estimates against the truth, right estimate minus truth with ±3 sigma of the last filter. "
-       "Shaded: more noise in this channel.", is_flight)  # fmt: skip
+@panel("flight", "Estimates and their errors", "Left the estimates against the truth, then estimate minus truth with ±3 sigma of the last filter, "
+       "right its probability of a noise fault. Shaded: more noise in this channel.", is_flight)  # fmt: skip
 def flight_panel(run: Run) -> go.Figure:
+    return estimates_of(channels(run))
+
+
+def estimates_of(flight: list[Channel]) -> go.Figure:
+    """A row for each state: truth and estimates, errors with three sigma of the last filter, and its fault probability."""
+
     def draw_row(figure: go.Figure, row: int, channel: Channel) -> None:
         first = row == 1
         for track in channel.tracks:
@@ -44,9 +51,12 @@ def flight_panel(run: Run) -> go.Figure:
         best = channel.tracks[-1]
         around = band(best.t_s, -3 * best.sigma, 3 * best.sigma, colour(best.filter), f"±3 sigma of {best.filter}", first)
         figure.add_trace(around, row, 2)
+        shade, probability = colour(best.filter), best.fault_probability
+        figure.add_trace(line(best.t_s, probability, shade, best.filter, False, shape="hv"), row, 3)
+        figure.update_yaxes(range=PROBABILITY, row=row, col=3)
         figure.update_yaxes(title_text=_label(channel), row=row, col=1)
 
-    return _rows(channels(run), ["estimate", "error"], draw_row)
+    return _rows(flight, ["estimate", "error", "fault probability"], draw_row)
 
 
 @panel("flight-innovations", "Innovations", "What each sample brought that was not foreseen. Filters that difference measurements have "
@@ -77,7 +87,7 @@ def faults_panel(run: Run) -> go.Figure:
             )
         figure.update_yaxes(title_text=channel.title, type="log", row=row, col=1)
         for column in (2, 3):
-            figure.update_yaxes(range=[-0.04, 1.06], row=row, col=column)
+            figure.update_yaxes(range=PROBABILITY, row=row, col=column)
 
     return _rows(channels(run), ["noise scale (variance)", "noise fault", "error jumped, process livelier"], draw_row)
 

@@ -9,16 +9,12 @@ components that estimate the same states (InsErrorFilter*).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hnav.native.arrays import stretches
 from hnav.reports.colours import BLUE, FAINT, INK, ORANGE, PURPLE, VERMILION
 from hnav.systems.results import Run
-
-if TYPE_CHECKING:
-    from hnav.reports.plots import Figure
 
 COLOURS = {"mdkf": FAINT, "amdkf": VERMILION, "augmented": BLUE, "differenced": PURPLE, "plain": ORANGE}
 DISPLAY = {"rad": ("deg", np.degrees(1)), "rad/s": ("deg/s", np.degrees(1))}
@@ -140,56 +136,5 @@ def _held(t_s: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     return np.clip(np.searchsorted(t_s, at_s + 1e-9) - 1, 0, None)
 
 
-# --------------------------------------------------------------------------------------------- the picture
-
-
 def colour(filter: str) -> str:
     return COLOURS.get(filter, INK)
-
-
-def draw_flight(flight: list[Channel]) -> Figure:
-    """A column a state: truth and estimates, errors with three sigma of the last filter, its fault probability; the time
-    of the fault is shaded."""
-    # Matplotlib takes a while to load, and the page does not need it.
-    from hnav.reports.plots import figure, styled
-
-    with styled():
-        fig = figure(390 * len(flight), 780, dpi=130)
-        rows = fig.subplots(3, len(flight), sharex=True, squeeze=False, height_ratios=[1.2, 1.3, 0.6])
-        for (above, middle, below), channel in zip(rows.T, flight):
-            for axes in (above, middle, below):
-                for begin, end in channel.fault_windows():
-                    axes.axvspan(begin, end, color="#F3E9DC", lw=0, zorder=0)
-            above.plot(channel.t_s, channel.truth, color=INK, lw=1.8, label="truth", zorder=4)
-            for track in channel.tracks:
-                above.plot(track.t_s, track.estimate, color=colour(track.filter), lw=1.0, label=track.filter)
-                middle.plot(track.t_s, track.error, color=colour(track.filter), lw=1.0, label=track.filter)
-            best = channel.tracks[-1]
-            middle.fill_between(
-                best.t_s,
-                -3 * best.sigma,
-                3 * best.sigma,
-                color=colour(best.filter),
-                alpha=0.13,
-                lw=0,
-                label=f"±3 sigma of {best.filter}",
-            )
-            middle.set_ylim(
-                *(
-                    np.array([-1, 1])
-                    * 1.05
-                    * max(3 * np.median(best.sigma), *(np.percentile(np.abs(t.error), 99.5) for t in channel.tracks))
-                )
-            )
-            below.step(best.t_s, best.fault_probability, color=colour(best.filter), where="post")
-            below.set_ylim(-0.04, 1.08)
-            below.set_xlabel("time / s")
-            above.set_title(channel.title)
-            above.set_ylabel(f"{channel.name} / {channel.unit}")
-            middle.set_ylabel(f"error / {channel.unit}")
-        rows[2][0].set_ylabel("fault probability")
-        handles = {h.get_label(): h for axes in (rows[0][0], rows[1][0]) for h in axes.get_legend_handles_labels()[0]}
-        lines = -(-len(handles) // (2 * len(flight)))  # of the legend, which has two names above each column
-        fig.legend(handles.values(), handles, loc="upper right", ncols=-(-len(handles) // lines))
-        fig.subplots_adjust(left=0.2 / len(flight), right=0.99, top=0.93 - 0.03 * lines, bottom=0.07, wspace=0.24, hspace=0.16)
-    return fig

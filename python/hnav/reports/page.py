@@ -28,7 +28,7 @@ try:
     from hnav.reports.flight_panels import FLIGHT_PANELS
     from hnav.reports.health_panel import health_panel
     from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
-    from hnav.reports.panels import Panel, colour_of
+    from hnav.reports.panels import Panel, colour_of, over_time
     from hnav.reports.plain_page import text_of
 except ImportError:
     raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
@@ -183,9 +183,7 @@ def plot(name: str, figure: go.Figure, run: Any) -> str:
     figure.update_annotations(font=dict(size=12, color="#333333"))
     # Titles of columns stand below the toolbar.
     figure.update_layout(height=figure.layout.height or 450, margin=dict(t=56 if figure.layout.annotations else 36))
-    for axis in figure.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
-        # Markers would make the axis begin before the run.
-        axis.range = [run.t_s[0], run.t_s[-1]]
+    over_time(figure, run)
     columns = len({tuple(axis.domain) for axis in figure.select_xaxes() if axis.domain}) or 1
     data = figure.to_json()[:-1] + f',"config":{json.dumps(CONFIG)}}}'
     width = f' style="min-width: {COLUMN_REM * columns}rem"' if columns > 1 else ""

@@ -113,6 +113,12 @@ def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: in
     return figure
 
 
+def over_time(figure: go.Figure, run: Any) -> None:
+    """The axes of time begin and end with the run; markers would make them begin before."""
+    for axis in figure.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
+        axis.range = [run.t_s[0], run.t_s[-1]]
+
+
 def band(t_s: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
     """A filled area between two lines, as one closed outline; rows that are not finite are left out.
 

@@ -1,115 +1,88 @@
 """The main panels of the report as PNG, for documents that cannot hold a page: attitude, error, bias, flights.
 
-Drawn by Matplotlib in the look of hnav.reports.plots, for Plotly's own export needs a browser.
+Figures of panels are drawn again by Matplotlib, for Plotly's own export needs a browser: lines, bands and shaded times.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import plotly.graph_objects as go
 
 from hnav.reports import plots
-from hnav.reports.angles import euler_deg, near_turn
-from hnav.reports.flights import channels, draw_flight
+from hnav.reports.attitude_panels import attitude_panel, bias_panel, error_panel
+from hnav.reports.flight_panels import estimates_of
+from hnav.reports.flights import channels
+from hnav.reports.panels import over_time
 from hnav.systems.results import Run
-from hnav.systems.run_views import Estimate, estimates, truth_q_nb
 
-COLOURS = (plots.VERMILION, plots.BLUE, plots.GREEN, plots.PURPLE, plots.ORANGE, plots.SKY)
-WIDTH_PX, ROW_PX, DPI = 1500, 300, 150
+PANELS = (attitude_panel, bias_panel, error_panel)
+WIDTH_PX, DPI = 1500, 150
+SCREEN_DPI = 100  # of the heights of panels
+MARGIN_PX = (75, 15, 45, 60)  # on a screen: left, right, bottom, top
+DASHES = {"dash": (0, (4, 2))}
+STEPS = {"hv": "steps-post"}
 
 
 def write_pictures(run: Run, folder: Path) -> list[Path]:
     """DIR/attitude.png, error.png, bias.png, AIRCRAFT.png: those that the run has data for. Raises HnavError when they cannot
     be written."""
-    pictures: dict[str, plots.Figure] = {}
-    if estimates(run):
-        pictures |= {"attitude": figure_of(run, draw_attitude), "bias": figure_of(run, draw_bias)}
-        if truth_q_nb(run) is not None:
-            pictures["error"] = figure_of(run, draw_error)
+    figures = {panel.name: panel.draw(run) for panel in PANELS if panel.applies(run)}
     flights = channels(run)
     for aircraft in dict.fromkeys(channel.aircraft for channel in flights):
-        pictures[aircraft] = draw_flight([channel for channel in flights if channel.aircraft == aircraft])
+        figures[aircraft] = estimates_of([channel for channel in flights if channel.aircraft == aircraft])
     files = []
-    for name, picture in sorted(pictures.items()):
+    for name, figure in sorted(figures.items()):
         files.append(folder / f"{name}.png")
-        plots.save(picture, files[-1])
+        plots.save(picture_of(figure, run), files[-1])
     return files
 
 
-def figure_of(run: Run, draw: Callable[[plots.Figure, Run], None], width_px: int = WIDTH_PX) -> plots.Figure:
-    """A figure that draw fills."""
+def picture_of(figure: Any, run: Run, width_px: int = WIDTH_PX) -> plots.Figure:
+    """The figure of a panel, whose traces are lines and bands over time."""
+    over_time(figure, run)
+    layout, scale = figure.layout, DPI / SCREEN_DPI
     with plots.styled():
-        figure = plots.figure(width_px, 3 * ROW_PX, DPI)
-        draw(figure, run)
-        figure.align_ylabels()
-        figure.tight_layout()
-    return figure
+        drawn = plots.figure(width_px, round(scale * layout.height), DPI)
+        left, right, bottom, top = (scale * px for px in MARGIN_PX)
+        across, up = (width_px - left - right) / width_px, 1 - (bottom + top) / (scale * layout.height)
+        origin = np.array([left / width_px, bottom / (scale * layout.height)])
+        grid: dict[tuple[str, str], plots.Axes] = {}
+        for trace in figure.data:
+            if (place := (trace.xaxis or "x", trace.yaxis or "y")) not in grid:
+                x, y = (layout[f"{name[0]}axis{name[1:]}"] for name in place)
+                corner = origin + [across * x.domain[0], up * y.domain[0]]
+                grid[place] = drawn.add_axes((*corner, across * np.ptp(x.domain), up * np.ptp(y.domain)))
+                _fit(grid[place], x, y)
+            _draw(grid[place], trace)
+        for shape in layout.shapes:
+            grid[shape.xref, shape.yref.split()[0]].axvspan(shape.x0, shape.x1, color=shape.fillcolor, lw=0, zorder=0)
+        for title in layout.annotations:
+            x, y = origin + [across * title.x, up * title.y]
+            drawn.text(x, y, title.text, ha="center", va="bottom", weight="bold")
+        handles = [handle for axes in grid.values() for handle in axes.get_legend_handles_labels()[0]]
+        drawn.legend(handles=handles, loc="upper right", ncols=6)
+    return drawn
 
 
-def _coloured(run: Run) -> list[tuple[Estimate, str]]:
-    return list(zip(estimates(run), COLOURS * 9))
+def _fit(axes: plots.Axes, x: Any, y: Any) -> None:
+    """Ranges, titles and labels as those of Plotly's axes."""
+    axes.set_xlim(x.range)
+    axes.set_xlabel(x.title.text or "")
+    axes.set_ylabel(y.title.text or "")
+    if y.range is not None:
+        axes.set_ylim(y.range)
+    axes.tick_params(labelbottom=x.showticklabels is not False, labelleft=y.showticklabels is not False)
 
 
-def draw_attitude(figure: plots.Figure, run: Run) -> None:
-    """Roll, pitch and yaw of every filter, truth dashed."""
-    rows = figure.subplots(3, 1, sharex=True)
-    truth = truth_q_nb(run)
-    angles = None if truth is None else euler_deg(truth)
-    for estimate, colour in _coloured(run):
-        lines = euler_deg(estimate.q_nb)
-        lines = lines if angles is None else near_turn(lines, angles)
-        for axes, values in zip(rows, lines.T):
-            axes.plot(run.t_s, values, color=colour, label=estimate.name)
-    for column, (axes, name) in enumerate(zip(rows, ("roll", "pitch", "yaw"))):
-        if angles is not None:
-            axes.plot(run.t_s, angles[:, column], color=plots.INK, lw=0.9, ls=(0, (4, 2)), label="truth")
-        axes.set_ylabel(f"{name} / deg")
-    rows[0].set_title("Attitude against truth" if truth is not None else "Attitude")
-    plots.legend_above(rows[0])
-    _time_axis(rows[-1], run)
-
-
-def draw_error(figure: plots.Figure, run: Run) -> None:
-    """A column for each filter, a row for each navigation axis: error in its band of 3 sigma."""
-    filters = _coloured(run)
-    grid = figure.subplots(3, len(filters), sharex=True, sharey="row", squeeze=False)
-    for column, (estimate, colour) in enumerate(filters):
-        error, sigma = estimate.error_deg, np.degrees(estimate.vector("att.sigma", 3))
-        for axis, name in enumerate(("north", "east", "down")):
-            axes = grid[axis, column]
-            axes.fill_between(run.t_s, -3 * sigma[:, axis], 3 * sigma[:, axis], color=colour, alpha=0.16, lw=0)
-            axes.plot(run.t_s, error[:, axis], color=colour, lw=1.0)
-            if column == 0:
-                axes.set_ylabel(f"{name} / deg")
-        grid[0, column].set_title(f"{estimate.name}: error, ±3σ")
-        _time_axis(grid[-1, column], run)
-    for axis in range(3):
-        # Bands that begin at half a turn would hide the errors.
-        sizes = np.concatenate([np.abs(e.error_deg[:, axis]) for e, _ in filters])
-        limit = 1.3 * np.nanquantile(sizes, 0.998) if np.isfinite(sizes).any() else 0.0
-        if limit > 0:
-            grid[axis, 0].set_ylim(-limit, limit)
-
-
-def draw_bias(figure: plots.Figure, run: Run) -> None:
-    """Gyro bias in body axes with its band of one sigma."""
-    rows = figure.subplots(3, 1, sharex=True)
-    for estimate, colour in _coloured(run):
-        bias, sigma = (np.degrees(estimate.vector(f"bias.{name}", 3)) for name in ("gyro", "gyro_sigma"))
-        for axis, axes in enumerate(rows):
-            axes.fill_between(
-                run.t_s, bias[:, axis] - sigma[:, axis], bias[:, axis] + sigma[:, axis], color=colour, alpha=0.14, lw=0
-            )
-            axes.plot(run.t_s, bias[:, axis], color=colour, label=f"{estimate.name} ±1σ")
-    for axes, name in zip(rows, "xyz"):
-        axes.set_ylabel(f"{name} / (deg/s)")
-    rows[0].set_title("Gyro bias")
-    plots.legend_above(rows[0])
-    _time_axis(rows[-1], run)
-
-
-def _time_axis(axes: plots.Axes, run: Run) -> None:
-    axes.set_xlabel("time / s")
-    axes.set_xlim(run.t_s[0], run.t_s[-1])
+def _draw(axes: plots.Axes, trace: go.Scatter) -> None:
+    name = trace.name if trace.showlegend else None
+    if trace.fill == "toself":
+        red, green, blue, alpha = map(float, re.findall(r"[\d.]+", trace.fillcolor))
+        axes.fill(trace.x, trace.y, color=(red / 255, green / 255, blue / 255), alpha=alpha, lw=0, label=name)
+    else:
+        style: dict[str, Any] = dict(ls=DASHES.get(trace.line.dash, "-"), drawstyle=STEPS.get(trace.line.shape, "default"))
+        axes.plot(trace.x, trace.y, color=trace.line.color, lw=trace.line.width, label=name, **style)

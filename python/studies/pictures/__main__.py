@@ -19,8 +19,10 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.places import CHECKOUT
 from hnav.reports import plots
-from hnav.reports.flights import channels, draw_flight
-from hnav.reports.pictures import draw_error, figure_of
+from hnav.reports.attitude_panels import error_panel
+from hnav.reports.flight_panels import estimates_of
+from hnav.reports.flights import channels
+from hnav.reports.pictures import picture_of
 from hnav.systems.simulation import simulate
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, contenders
 from studies.bench.picture import draw_benchmark
@@ -50,14 +52,16 @@ def draw_report() -> plots.Figure:
     """The errors of the turntable's filters in their bands, the field false for a while."""
     run = simulate("turntable", scenario=TURNTABLE_SCENARIO, seed=TURNTABLE_SEED)
     recommended_first = {**run.about, "components": sorted(run.components, key=lambda name: name != "ahrs")}
-    return figure_of(replace(run, about=recommended_first), draw_error, width_px=1000)
+    run = replace(run, about=recommended_first)
+    return picture_of(error_panel.draw(run), run, width_px=1000)
 
 
 def draw_aircraft() -> plots.Figure:
     """A flight with a fault: the first channel with it and the first without."""
-    flight = [channel for channel in channels(simulate("aircraft", seed=AIRCRAFT_SEED)) if channel.aircraft == AIRCRAFT]
+    run = simulate("aircraft", seed=AIRCRAFT_SEED)
+    flight = [channel for channel in channels(run) if channel.aircraft == AIRCRAFT]
     faulty, healthy = ([c for c in flight if c.fault.any() == fault] for fault in (True, False))
-    return draw_flight([faulty[0], healthy[0]])
+    return picture_of(estimates_of([faulty[0], healthy[0]]), run)
 
 
 FROM_RECORDINGS: dict[str, Callable[[Path], Picture]] = {
