@@ -6,7 +6,7 @@ import numpy as np
 
 from hnav.native.arrays import Array
 
-# Streams of c_src/simulation/aircraft_flight.hpp, by the names that hnav.systems.aircraft.fly gives to sources.
+# Streams of c_src/simulation/aircraft_flight.hpp, by the names that twins.aircraft.fly gives to sources.
 STREAMS = {"process": 1000, "measurement": 1001, "colour": 1002, "gravity": 1003}
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from hnav.filters.linear_model import LinearModel
-from hnav.systems.aircraft import simulate
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
+from twins.aircraft import model_of, simulate
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 
@@ -12,7 +12,7 @@ AXES = ("f4c_longitudinal", "f4c_lateral")
 def flight_of(axis: str, steps: int = 200):
     aircraft = read_aircraft(models_folder() / f"{axis}.json")
     flight = simulate(aircraft, runs=1, steps=steps, seed=3)
-    return aircraft.model(), flight.u, flight.z[0]
+    return model_of(aircraft), flight.u, flight.z[0]
 
 
 def odd_model(rng, interval_s=0.0) -> LinearModel:

@@ -9,9 +9,9 @@ from hnav.errors import HnavError
 from hnav.filters.ins_error import FORMS, OUTPUTS, InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import LinearModel
 from hnav.native.options import option_rows
-from hnav.systems.aircraft import simulate
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from linear_models import AXES, flight_of, odd_model
+from twins.aircraft import model_of, simulate
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -158,7 +158,7 @@ def test_the_noise_scale_of_the_paper_is_above_one_in_healthy_channels():
     """max(1, S_ii) has the mean 1 + 1/sqrt(pi M): it is why AMDKF loses to MDKF where nothing is faulty."""
     aircraft = read_aircraft(models_folder() / "f4c_lateral.json")
     flight = simulate(aircraft, runs=40, steps=200, seed=5)
-    f = InsErrorFilter(aircraft.model(), InsErrorOptions(form="amdkf", window=20))
+    f = InsErrorFilter(model_of(aircraft), InsErrorOptions(form="amdkf", window=20))
     scales = []
     for z in flight.z:
         f.reset()

@@ -18,7 +18,7 @@ from hnav.filters.ins_error import FORMS, InsErrorFilter, InsErrorOptions
 from hnav.fmi.fmus import Fmu, fmu_path
 from hnav.native.options import option_rows
 from hnav.simulation.aircraft import Aircraft, AircraftPlant
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from importing import assert_fits_the_standard
 
 VERSIONS = (2, 3)

@@ -23,8 +23,9 @@ from hnav.filters.ins import Ins
 from hnav.io.aids import AIDS
 from hnav.io.readers import read, read_aids
 from hnav.io.recordings import Recording, RecordingError
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from motion import tilted_motion
+from twins.aircraft import inputs, noise_factors
 
 # MATLAB files are read in a process of their own, which takes a second on a busy machine.
 bounded_mat = settings(bounded, max_examples=max(1, bounded.max_examples // 4))
@@ -276,9 +277,9 @@ def is_usable(path: Path) -> None:
     n, m = len(aircraft.channels), len(aircraft.controls)
     assert aircraft.A_1_s.shape == (n, n) and aircraft.B_1_s.shape == (n, m)
     assert 0 < aircraft.interval_s < np.inf
-    factors = aircraft.noise_factors(20)
+    factors = noise_factors(aircraft, 20)
     assert factors.shape == (21, n) and np.isfinite(factors).all() and (factors > 0).all()
-    assert np.isfinite(aircraft.inputs(20)).all()
+    assert np.isfinite(inputs(aircraft, 20)).all()
 
 
 MODEL = models_folder() / "f4c_lateral.json"

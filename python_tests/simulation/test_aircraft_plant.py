@@ -8,8 +8,8 @@ from hnav.errors import HnavError
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import MATRICES
 from hnav.simulation.aircraft import AircraftPlant
-from hnav.systems.aircraft import fly
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
+from twins.aircraft import fly, model_of
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 STEPS = 300
@@ -26,7 +26,7 @@ def test_the_library_flies_as_the_numpy_simulator_on_equal_noise(axis, euler, ex
     aircraft = aircraft_of(axis)
     n, seed = len(aircraft.channels), 5
     numbers = {s: normal_numbers(seed, stream, (STEPS + 1) * n).reshape(-1, n) for s, stream in STREAMS.items()}
-    model = aircraft.model(euler_colour=euler, sampled_noise=not exact)
+    model = model_of(aircraft, euler_colour=euler, sampled_noise=not exact)
     numpy = fly(aircraft, STEPS, lambda source, k: numbers[source][k][None], model)
     flight = AircraftPlant(aircraft, seed, euler_colour=euler, exact_process_noise=exact).run(STEPS + 1)
     for name, expected in dict(x=numpy.x[0], z=numpy.z[0], u=numpy.u, noise_factor=numpy.noise_factor).items():
@@ -40,7 +40,7 @@ def test_the_library_flies_as_the_numpy_simulator_on_equal_noise(axis, euler, ex
 @pytest.mark.parametrize("axis", AXES)
 def test_its_filter_model_is_that_of_the_model_file(axis, euler, exact):
     aircraft = aircraft_of(axis)
-    expected = aircraft.model(euler_colour=euler, sampled_noise=not exact).discrete()
+    expected = model_of(aircraft, euler_colour=euler, sampled_noise=not exact).discrete()
     model = AircraftPlant(aircraft, euler_colour=euler, exact_process_noise=exact).filter_model().discrete()
     for name in MATRICES:
         np.testing.assert_allclose(getattr(model, name), getattr(expected, name), rtol=1e-10, atol=1e-14, err_msg=name)

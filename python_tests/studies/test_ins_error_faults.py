@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from command_line import answered
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.ins_error_faults.__main__ import OURS, main, scores_of
 from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import Matched, Peer, run_peer

@@ -3,7 +3,7 @@
 import pytest
 
 from command_line import answered
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.ins_error_table.__main__ import main
 from studies.ins_error_table.comparison import FAULT, ORACLE, OURS, PAPER, alarms, compare
 

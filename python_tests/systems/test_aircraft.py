@@ -7,8 +7,8 @@ import pytest
 
 from hnav.errors import HnavError
 from hnav.filters.linear_model import LinearModel
-from hnav.systems.aircraft import simulate
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
+from twins.aircraft import model_of, simulate
 
 LONGITUDINAL = models_folder() / "f4c_longitudinal.json"
 LATERAL = models_folder() / "f4c_lateral.json"
@@ -90,12 +90,12 @@ def test_the_simulated_errors_have_the_variances_and_the_memory_that_the_file_sa
 
 def test_exact_and_printed_discretisation_of_the_coloured_error():
     aircraft = read_aircraft(LATERAL)
-    exact, printed = aircraft.model(), aircraft.model(euler_colour=True)
+    exact, printed = model_of(aircraft), model_of(aircraft, euler_colour=True)
     assert exact.An[0, 0] == np.exp(-0.1 / 60) and printed.An[0, 0] == 1 - 0.1 / 60
     continuous = LinearModel(
         A=aircraft.A_1_s, B=aircraft.B_1_s, H=np.eye(4), Qw=np.diag(aircraft.process_noise**2), Qv=exact.Qv, P0=exact.P0,
         An=-np.eye(4) / 60, QU=2 * exact.Lambda0 / 60, interval_s=0.1,
     ).discrete()  # fmt: skip
-    sampled = aircraft.model(sampled_noise=False)
+    sampled = model_of(aircraft, sampled_noise=False)
     for name in ("A", "B", "Qw", "An", "QU", "Lambda0"):
         assert np.allclose(getattr(sampled, name), getattr(continuous, name), rtol=1e-9, atol=1e-15), name

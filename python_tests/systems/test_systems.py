@@ -8,7 +8,7 @@ from fmpy.ssp.ssd import ParameterSet, read_ssd
 from checkout import built_system
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.simulation.aircraft import AircraftPlant
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from importing import ecos
 
 LEVEL = {"accel.force[3]": -9.81, "mag.field[1]": 2e-5, "mag.field[3]": 4.5e-5}

@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import expm
 
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array, address, doubles
@@ -52,11 +51,6 @@ class Control:
     """Of the sine whose sign it has."""
     phase_rad: float
     """Of that sine."""
-
-    def at(self, t_s: Array) -> Array:
-        """Its values at these times, of the same shape."""
-        # At zeros of the sine, rounding must not determine the sign.
-        return self.amplitude * np.sign(np.round(np.sin(2 * np.pi * t_s / self.period_s + self.phase_rad), 9))
 
 
 @dataclass(frozen=True)
@@ -101,40 +95,6 @@ class Aircraft:
     """Between samples."""
     faults: tuple[Fault, ...]
     """Of the sensors."""
-
-    def model(self, euler_colour: bool = False, sampled_noise: bool = True) -> LinearModel:
-        """Discrete model. Zero-order hold for A and B; An = exp(-dt/tau), or the paper's Euler 1 - dt/tau.
-
-        sampled_noise: w of variance density times dt on each state, the settings of the comparison table; otherwise the
-        exact integral of continuous white noise, which correlates the states (Van Loan 1978).
-        """
-        dt, n, m = self.interval_s, len(self.A_1_s), self.B_1_s.shape[1]
-        ratio = dt / self.ins_error_time_constant_s
-        phi = 1 - ratio if euler_colour else np.exp(-ratio)
-        Lambda0 = np.diag(self.ins_error_sigma**2)
-        held = expm(np.block([[self.A_1_s, self.B_1_s], [np.zeros((m, n + m))]]) * dt)
-        Qw = np.diag(self.process_noise**2) * dt
-        if not sampled_noise:
-            exact = LinearModel(A=self.A_1_s, H=np.eye(n), Qw=Qw / dt, Qv=np.eye(n), P0=np.eye(n), interval_s=dt)
-            Qw = exact.discrete().Qw
-        return LinearModel(
-            A=held[:n, :n], B=held[:n, n:], H=np.eye(n), An=np.diag(phi), Qw=Qw, Qv=np.diag(self.measurement_sigma**2),
-            QU=Lambda0 @ np.diag(1 - phi**2), Lambda0=Lambda0, P0=np.diag(self.start_sigma**2),
-        )  # fmt: skip
-
-    def inputs(self, steps: int) -> Array:
-        """(steps + 1) x m: row k is held from step k - 1 to step k, as InsErrorFilter.run takes it; row 0 is zero."""
-        t = np.arange(-1.0, steps) * self.interval_s
-        u = np.stack([c.at(t) for c in self.controls], axis=1)
-        u[0] = 0
-        return u
-
-    def noise_factors(self, steps: int) -> Array:
-        """(steps + 1) x n: factor on the standard deviation of the white noise."""
-        factor = np.ones((steps + 1, len(self.channels)))
-        for f in self.faults:
-            factor[f.first_step : f.last_step + 1, f.channel] = f.noise_factor
-        return factor
 
 
 # --------------------------------------------------------------------------------------------- flown

@@ -12,7 +12,7 @@ from rich.table import Column, Table
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.simulation.aircraft import Aircraft
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import Seed, study
 from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import PEERS, run_peer

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hnav.simulation.aircraft import Aircraft, Fault
-from hnav.systems.aircraft import Flight, fly
 from studies.ins_error_table.comparison import FAULT, STEPS
+from twins.aircraft import Flight, fly, model_of
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def fly_case(plane: Aircraft, case: Case, runs: int, seed: int) -> tuple[Flight,
             numbers *= np.where(outlier[k], OUTLIER, 1.0)
         return numbers
 
-    flight = fly(true, STEPS, draw, true.model())
+    flight = fly(true, STEPS, draw, model_of(true))
     if case.sine_s is not None:
         t_s = plane.interval_s * np.arange(STEPS + 1)[:, None]
         phase = rng.uniform(0, 2 * np.pi, (runs, 1, n))

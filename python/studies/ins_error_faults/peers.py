@@ -17,9 +17,9 @@ from itertools import product
 import numpy as np
 
 from hnav.simulation.aircraft import Aircraft
-from hnav.systems.aircraft import Flight
 from hnav.systems.statistics import normalised_squares
 from studies.ins_error_table.comparison import Result, augmented
+from twins.aircraft import Flight, model_of
 
 ALARM = 4.0  # factor on the variance that counts as saying that a channel is at fault
 
@@ -28,7 +28,7 @@ class Model:
     """F, Q, H, r = diag R and the start of X = [x; lambda]."""
 
     def __init__(self, plane: Aircraft):
-        m = plane.model().discrete()
+        m = model_of(plane).discrete()
         self.n, self.r = m.nx, np.diag(m.Qv)
         self.F, self.Q, self.H, self.P0 = augmented(m)
         self.B = np.vstack([m.matrix("B"), np.zeros((m.nz, m.nu))])

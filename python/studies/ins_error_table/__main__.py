@@ -11,8 +11,7 @@ from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.simulation.aircraft import Aircraft
-from hnav.systems.aircraft import Flight
-from hnav.systems.aircraft_file import models_folder, read_aircraft
+from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import Seed, study
 from studies.ins_error_table.comparison import (
     AFTER,
@@ -35,6 +34,7 @@ from studies.ins_error_table.comparison import (
     scaled,
     wins,
 )
+from twins.aircraft import Flight
 
 AXES = ("f4c_longitudinal", "f4c_lateral")
 NAMES = (*FILTERS, ORACLE)

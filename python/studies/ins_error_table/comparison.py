@@ -16,8 +16,8 @@ from scipy.linalg import block_diag
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import LinearModel
 from hnav.simulation.aircraft import Aircraft
-from hnav.systems.aircraft import Flight, simulate
 from hnav.systems.statistics import normalised_squares
+from twins.aircraft import Flight, model_of, simulate
 
 STEPS = 200
 BEFORE, FAULT, AFTER = slice(30, 80), slice(80, 151), slice(151, 181)
@@ -71,7 +71,7 @@ class Result:
 
 
 def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
-    m = aircraft.model()
+    m = model_of(aircraft)
     to_now = setting.get("to_now", False)
     f = InsErrorFilter(m, InsErrorOptions(**{k: v for k, v in setting.items() if k != "to_now"}))
     late = setting.get("form") in ("mdkf", "amdkf") or setting.get("lag", 0) == 1
@@ -117,7 +117,7 @@ def augmented(m: LinearModel) -> Augmented:
 def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
     """The augmented Kalman filter with the true noise of every step, a bound for any adaptation. Its gains do
     not depend on the data, so all runs go at once."""
-    m = aircraft.model().discrete()
+    m = model_of(aircraft).discrete()
     n, B = m.nx, m.matrix("B")
     F, Q, H, P = augmented(m)
     X = np.zeros((len(flight.z), n + m.nz))
