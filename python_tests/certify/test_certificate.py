@@ -605,17 +605,17 @@ def test_a_folder_names_the_filter_that_was_simulated(tmp_path):
         filter_of_run(tmp_path)
     write_run(tmp_path, {"sensor.seed": 1})
     assert filter_of_run(tmp_path) == ("default", {})
-    start = {f"hrekf.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
+    start = {f"hrekf.start.start_q_nb[{i}]": v for i, v in enumerate((0.6, 0.0, 0.8, 0.0), start=1)}
     write_run(
         tmp_path,
         start
         | {
             "hrekf.preset": "paper",
-            "hrekf.gamma_mode": "kl",
-            "hrekf.solver": "erkstep",
-            "hrekf.gamma": 0.1,
+            "hrekf.robust.gamma_mode": "kl",
+            "hrekf.solver.solver": "erkstep",
+            "hrekf.robust.gamma": 0.1,
             "hrekf.sampling_mode": "counter",
-            "hekf.gamma": 9,
+            "hekf.robust.gamma": 9,
         },
     )
     preset, settings = filter_of_run(tmp_path)
@@ -638,7 +638,7 @@ def test_the_certificate_of_a_folder_is_of_the_simulated_filter(tmp_path, turnta
             ("mag.field", data.field_b_tesla),
         ):
             file[f"sensor.{end}"] = values
-    write_run(tmp_path, {"hrekf.preset": "paper", "hrekf.gamma_mode": "off"})
+    write_run(tmp_path, {"hrekf.preset": "paper", "hrekf.robust.gamma_mode": "off"})
 
     def found(preset, settings):
         return certify_run(tmp_path, preset=preset, settings=settings, begin_s=0.5, seed=1, gain_factor=-1.0)

@@ -11,6 +11,8 @@ import pytest
 
 from command_line import hnav, hnav_process
 from hnav import __version__
+from hnav.cli.parameters import parse_settings
+from hnav.cli.words import UsageError
 from motion import tilted_motion
 
 
@@ -113,6 +115,15 @@ def test_what_cannot_be_done_is_one_line_and_exit_code_2(flight, tmp_path, argum
     done = hnav(*(places.get(a, a) for a in arguments))
     assert done.returncode == 2
     assert named in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+@pytest.mark.parametrize("text, found", [("a=b", {"a": "b"}), ("a=b=c", {"a": "b=c"}), ("a", None), ("=b", None), ("a=", None)])
+def test_a_setting_is_name_and_value(text, found):
+    if found is None:
+        with pytest.raises(UsageError, match="write NAME=VALUE"):
+            parse_settings([text])
+    else:
+        assert parse_settings([text]) == found
 
 
 def test_a_command_that_is_terminated_leaves_nothing_unfinished(flight, tmp_path):

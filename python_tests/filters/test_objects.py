@@ -19,7 +19,7 @@ from hnav import (
 )  # fmt: skip
 from hnav.filters import attitude_answers, calibration, filter_answers, ins_error
 from hnav.filters.filter_answers import SENSOR_STATES
-from hnav.filters.options import FILTERS, option_table, parse_setting
+from hnav.filters.options import FILTERS, option_table
 from hnav.native.library import ffi
 from hnav.native.options import OptionInfo, OptionSet
 from hnav.simulation import imu_mag_sensor, turntable
@@ -121,15 +121,6 @@ def test_filters_and_presets_that_do_not_exist_are_named(arguments, said):
         with pytest.raises(HnavValueError, match=said) as error:
             made(*arguments)
         assert error.value.argument == said.split()[0]
-
-
-@pytest.mark.parametrize("text, found", [("a=b", ("a", "b")), ("a=b=c", ("a", "b=c")), ("a", None), ("=b", None), ("a=", None)])
-def test_a_setting_is_name_and_value(text, found):
-    if found is None:
-        with pytest.raises(HnavValueError, match="write NAME=VALUE"):
-            parse_setting(text)
-    else:
-        assert parse_setting(text) == found
 
 
 def test_an_option_has_a_unit_a_description_and_choices():

@@ -5,7 +5,7 @@ import pytest
 
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.fmi.engines import run_recording
-from hnav.reports import plots
+from hnav.reports import colours
 from hnav.reports.recording_picture import draw_recordings
 from hnav.reports.recording_run import RecordingRun
 from hnav.systems.simulation import Run
@@ -72,4 +72,4 @@ def test_the_picture_of_a_recording_has_the_band_only_where_it_is_needed():
 
 
 def test_every_state_but_ok_has_a_colour():
-    assert tuple(plots.STATE_COLOURS) == SENSOR_STATES[1:]
+    assert tuple(colours.STATE_COLOURS) == SENSOR_STATES[1:]

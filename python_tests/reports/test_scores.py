@@ -61,35 +61,18 @@ def chi_square_bounds(n: int, dimension: int = 3) -> tuple[float, float]:
 CORRELATED = 1e-4 * np.array([[4.0, 1.5, -0.5], [1.5, 1.0, 0.2], [-0.5, 0.2, 2.0]])
 
 
-def test_nees_is_one_for_errors_as_large_as_the_covariance_says():
-    estimate, truth = scattered(CORRELATED)
-    low, high = chi_square_bounds(len(truth))
-    found = nees(estimate, np.tile(CORRELATED, (len(truth), 1, 1)), truth)
-    assert found.by == "covariance"
-    assert low < found.nees_per_axis < high
-
-
 def test_nees_is_one_for_independent_errors_as_large_as_the_sigmas_say():
     sigma = np.array([0.02, 0.005, 0.05])
     estimate, truth = scattered(np.diag(sigma**2))
     low, high = chi_square_bounds(len(truth))
     found = nees(estimate, np.tile(sigma, (len(truth), 1)), truth)
-    assert found.by == "sigmas"
-    assert low < found.nees_per_axis < high
-
-
-def test_a_diagonal_covariance_and_its_sigmas_give_the_same_nees():
-    sigma = np.array([0.02, 0.005, 0.05])
-    estimate, truth = scattered(CORRELATED, 50)
-    by_sigmas = nees(estimate, np.tile(sigma, (50, 1)), truth)
-    by_covariance = nees(estimate, np.tile(np.diag(sigma**2), (50, 1, 1)), truth)
-    assert by_sigmas.nees_per_axis == pytest.approx(by_covariance.nees_per_axis, rel=1e-12)
+    assert low < found < high
 
 
 def test_nees_falls_with_the_square_of_the_stated_sigma():
     estimate, truth = scattered(CORRELATED, 50)
     sigma = np.full((50, 3), 0.01)
-    assert nees(estimate, sigma, truth).nees_per_axis == pytest.approx(4 * nees(estimate, 2 * sigma, truth).nees_per_axis)
+    assert nees(estimate, sigma, truth) == pytest.approx(4 * nees(estimate, 2 * sigma, truth))
 
 
 def test_nees_is_of_scored_rows_that_are_known():
@@ -97,16 +80,16 @@ def test_nees_is_of_scored_rows_that_are_known():
     estimate = scalar_first(Rotation.from_euler("z", [[0.0], [0.03], [0.04], [1.0]]))
     sigma = np.full((4, 3), 0.01)
     movement = np.array([True, True, True, False])
-    assert nees(estimate, sigma, truth, movement).nees_per_axis == pytest.approx((9 + 16) / 3 / 3)
+    assert nees(estimate, sigma, truth, movement) == pytest.approx((9 + 16) / 3 / 3)
     sigma[1] = np.nan
-    assert nees(estimate, sigma, truth, movement).nees_per_axis == pytest.approx(16 / 2 / 3)
-    assert np.isnan(nees(estimate, sigma, truth, np.zeros(4, bool)).nees_per_axis)
+    assert nees(estimate, sigma, truth, movement) == pytest.approx(16 / 2 / 3)
+    assert np.isnan(nees(estimate, sigma, truth, np.zeros(4, bool)))
 
 
 @pytest.mark.parametrize("spread, named", [
     (np.ones((3, 3)), "shape"),
     (np.zeros((5, 3)), "standard deviation is not positive"),
-    (np.tile(np.diag([1.0, -1.0, 1.0]), (5, 1, 1)), "not positive definite"),
+    (np.tile(np.eye(3), (5, 1, 1)), "shape"),
 ])  # fmt: skip
 def test_an_impossible_spread_is_named(spread, named):
     q = scalar_first(Rotation.identity(5))

@@ -85,11 +85,11 @@ def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str
         raise RecordingError(f"{path}: no parameters of a simulation in it: {component}.preset = {preset}")
     settings = {}
     for name, option in option_table("hrekf").items():
-        for parameter in (f"{option.group}.{name}", name):  # version 0.1 had no groups
-            if parameter in values and name != "solver":
-                settings[name] = _text(values[parameter])
-            elif all(f"{parameter}[{i + 1}]" in values for i in range(option.count)):
-                settings[name] = ",".join(_text(values[f"{parameter}[{i + 1}]"]) for i in range(option.count))
+        parameter = f"{option.group}.{name}"
+        if parameter in values and name != "solver":
+            settings[name] = _text(values[parameter])
+        elif all(f"{parameter}[{i + 1}]" in values for i in range(option.count)):
+            settings[name] = ",".join(_text(values[f"{parameter}[{i + 1}]"]) for i in range(option.count))
     return preset, settings
 
 

@@ -39,7 +39,7 @@ def compare_trials(folder: Path, wanted: Wanted, crop_s: float | None, json_file
             result = run_recording(data, filter, engine, chosen, preset, smooth=wanted.smooth)
             truth = data.needed("reference_q_nb")
             scores[data.name] = score(result.q_nb, truth, data.movement)
-            consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement).nees_per_axis
+            consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement)
             us_per_sample.append(result.us_per_sample)
             progress.advance(task)
     warn(warnings)

@@ -30,14 +30,6 @@ def option_table(filter: str) -> Mapping[str, OptionInfo]:
     return option_rows(filter)
 
 
-def parse_setting(text: str) -> tuple[str, str]:
-    """Name and value of "NAME=VALUE". Raises HnavValueError."""
-    name, separator, value = text.partition("=")
-    if not (separator and name and value):
-        raise HnavValueError("option", f"setting = {text}: write NAME=VALUE", "setting")
-    return name, value
-
-
 def options_of_place(filter: str, place_and_date: Sequence[float] | None) -> dict[str, object]:
     """What Options sets for a place and a date; the INS takes the declination only. Raises HnavValueError, HnavRuntimeError."""
     if place_and_date is None:

@@ -14,6 +14,7 @@ import pandas as pd
 
 from hnav.errors import HnavValueError
 from hnav.io.readers.cells import BLANKS, DELIMITERS, MISSING, cells_of, decimal_mark, is_number
+from hnav.io.readers.clock import SINCE_1970
 from hnav.io.readers.tables import encoding_of
 from hnav.io.recordings import RecordingError
 
@@ -22,8 +23,6 @@ TIME = ("t", "time", "timestamp", "datetime", "date")  # T is a temperature
 # Behind the name of the times, as time_ms, time [s] or t (min).
 _UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 _TIME = re.compile(rf"(t|(?i:{'|'.join(TIME[1:])}))(?:[\s_\[(/]+({'|'.join(_UNITS)})\s*[\])]?)?")
-# Times since 1970 in other units are recognised by their size: as seconds 1e11 would be the year 5138, as milliseconds 1973.
-_CLOCKS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _SWITCHES = {"true": 1.0, "false": 0.0, "on": 1.0, "off": 0.0}
 
 
@@ -123,7 +122,7 @@ def _times(path: Path, name: str, cells: list[str]) -> Column:
     unit = _UNITS[match[2]] if match and match[2] else 1.0
     largest = float(np.nanmax(np.abs(t), initial=0.0)) * unit
     # The stated unit of a clock since 1970 may be wrong: the size of its values decides.
-    return t * unit * next((factor for limit, factor in _CLOCKS if largest > limit), 1.0)
+    return t * unit * next((_UNITS[name] for limit, name in SINCE_1970 if largest > limit), 1.0)
 
 
 def _numbers(path: Path, name: str, cells: list[str], needed: bool) -> Column:

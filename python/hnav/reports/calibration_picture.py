@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hnav.filters.calibration import MagnetometerCalibration
-from hnav.reports.plots import BLUE, FAINT, INK, ORANGE, VERMILION, figure, legend_above, styled
+from hnav.reports.colours import BLUE, FAINT, INK, ORANGE, VERMILION
+from hnav.reports.plots import figure, legend_above, styled
 
 POINTS = 4000  # drawn at most: more points would overlap
 WIDE_GAP_RAD = np.radians(30)  # as in the note of the calibration

@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from hnav.reports.plots import BLUE, FAINT, INK, VERMILION, figure, legend_above, styled
+from hnav.reports.colours import BLUE, FAINT, INK, VERMILION
+from hnav.reports.plots import figure, legend_above, styled
 
 LEAST_SHOWN = 1e-8  # smallest V shown, as a share of the level
 

@@ -8,7 +8,7 @@ from hnav.earth import axes_at, position_of
 from hnav.filters.ins_answers import InsRun
 from hnav.filters.observer import ObserverRun
 from hnav.native.arrays import Array
-from hnav.reports import plots
+from hnav.reports import colours, plots
 
 WIDTH_PX, ROW_PX = 850, 190
 
@@ -50,9 +50,9 @@ def draw_observer(run: ObserverRun) -> plots.Figure:
             axes.set_ylabel(name)
         for axes, name in zip(grid[len(run.x) :], run.innovation):
             innovation, nis = run.innovation[name], run.nis[name]
-            axes.plot(t_s, np.sign(innovation) * np.sqrt(nis), ".", ms=2, color=plots.INK)
+            axes.plot(t_s, np.sign(innovation) * np.sqrt(nis), ".", ms=2, color=colours.INK)
             for limit in (-3, 3):
-                axes.axhline(limit, color=plots.GREEN, lw=0.8)
+                axes.axhline(limit, color=colours.GREEN, lw=0.8)
             axes.set_ylabel(f"{name} / sigma")
         grid[0].set_title(run.in_one_line(), fontsize=9)
         _finish(figure, grid)
@@ -65,9 +65,9 @@ def _from_zero(t_s: Array) -> Array:
 
 def _draw(axes: plots.Axes, t_s: Array, values: Array, sigma: Array, ready: np.ndarray) -> None:
     """An estimate in its band; faint where it is not ready. The axis shows what is ready, if anything is."""
-    axes.fill_between(t_s, values - 3 * sigma, values + 3 * sigma, color=plots.BLUE, alpha=0.15, lw=0)
-    axes.plot(t_s, values, color=plots.BLUE, alpha=0.35, lw=1)
-    axes.plot(t_s, np.where(ready, values, np.nan), color=plots.BLUE)
+    axes.fill_between(t_s, values - 3 * sigma, values + 3 * sigma, color=colours.BLUE, alpha=0.15, lw=0)
+    axes.plot(t_s, values, color=colours.BLUE, alpha=0.35, lw=1)
+    axes.plot(t_s, np.where(ready, values, np.nan), color=colours.BLUE)
     if (seen := ready & np.isfinite(values + sigma)).any():
         low, high = np.min((values - 3 * sigma)[seen]), np.max((values + 3 * sigma)[seen])
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))

@@ -39,8 +39,8 @@ class Track:
     innovation: np.ndarray
     noise_scale: np.ndarray
     fault_probability: np.ndarray
-    bias_fault_probability: np.ndarray  # zeros in runs without this output, as of older FMUs
-    process_fault_probability: np.ndarray  # likewise
+    bias_fault_probability: np.ndarray
+    process_fault_probability: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,6 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
     def column(quantity: str, factor: float = 1.0) -> np.ndarray:
         return factor * run[f"{component}.{quantity}.{name}"][rows]
 
-    def values(quantity: str) -> np.ndarray:
-        return run[f"{component}.{quantity}"][rows] if run.has(component, quantity) else np.zeros(len(rows))
-
     estimate = column("estimate", factor)
     # aircraft_longitudinal and amdkf_longitudinal: the part in common says nothing.
     suffix = aircraft[aircraft.rfind("_") :] if "_" in aircraft else ""
@@ -126,8 +123,8 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
         column("innov", factor),
         column("noise_scale"),
         column("fault_probability"),
-        values(f"bias_fault_probability.{name}"),
-        values("process_fault_probability"),
+        column("bias_fault_probability"),
+        run[f"{component}.process_fault_probability"][rows],
     )
 
 

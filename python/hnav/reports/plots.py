@@ -24,16 +24,7 @@ from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.health import findings, spells
 from hnav.io.outputs import write_files
 from hnav.reports.angles import euler_deg, near_turn
-from hnav.reports.colours import AXIS_COLOURS as AXIS_COLOURS
-from hnav.reports.colours import BLUE as BLUE
-from hnav.reports.colours import FAINT as FAINT
-from hnav.reports.colours import GREEN as GREEN
-from hnav.reports.colours import INK as INK
-from hnav.reports.colours import ORANGE as ORANGE
-from hnav.reports.colours import PURPLE as PURPLE
-from hnav.reports.colours import SKY as SKY
-from hnav.reports.colours import STATE_COLOURS as STATE_COLOURS
-from hnav.reports.colours import VERMILION as VERMILION
+from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, INK, ORANGE, PURPLE, STATE_COLOURS
 from hnav.rotations import continuous_quaternion
 from hnav.systems.statistics import chi_square_interval
 

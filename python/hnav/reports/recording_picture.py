@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hnav.filters.health import findings
-from hnav.reports import plots
+from hnav.reports import colours, plots
 from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
 
 
@@ -44,7 +44,7 @@ def _draw_column(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
         panels["heading"].set_title(f"Heading against the {run.reference}")
         tilt = tilt_sigma_deg(result)
         plots.draw_error_band(
-            panels["inclination"], t_s, against.inclination_deg, tilt, "inclination", plots.GREEN, one_sided=True
+            panels["inclination"], t_s, against.inclination_deg, tilt, "inclination", colours.GREEN, one_sided=True
         )
         panels["inclination"].set_title(f"Inclination against the {run.reference}")
     plots.draw_nis(panels["nis"], t_s, {"force": result.accel_nis, "field": result.mag_nis})

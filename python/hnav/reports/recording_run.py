@@ -9,7 +9,6 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import Run
-from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 from hnav.rotations import quaternion_product
 
@@ -24,7 +23,7 @@ class RecordingRun:
     """A recording, the filter run, and the source of the reference attitude ("" if there is none)."""
 
     recording: Recording
-    result: Result
+    result: Run
     reference: str
     filter: str
     findings: tuple[str, ...] = ()  # findings about the recording, a line each
@@ -58,9 +57,8 @@ def recording_run(run: Run, recording: Recording | None = None, findings: Sequen
         recording = Recording("run", run.t_s, nothing, nothing)
     elif not np.array_equal(recording.t_s, run.t_s):
         raise HnavValueError("size", f"{recording.name}: has other rows than the run; give what the run was made of", "recording")
-    result = run if isinstance(run, Result) else Result(**vars(run))
     filter = "ahrs" if run.options is None else run.options.filter
-    return RecordingRun(recording, result, "" if recording.reference_q_nb is None else "optics", filter, tuple(findings))
+    return RecordingRun(recording, run, "" if recording.reference_q_nb is None else "optics", filter, tuple(findings))
 
 
 @dataclass(frozen=True)
@@ -92,7 +90,7 @@ def compare(t_s: np.ndarray, q_nb: np.ndarray, reference_q_nb: np.ndarray) -> Co
     )
 
 
-def tilt_sigma_deg(result: Result) -> np.ndarray:
+def tilt_sigma_deg(result: Run) -> np.ndarray:
     """Standard deviation of the inclination: both horizontal axes together."""
     tilt: np.ndarray = np.degrees(np.hypot(result.sigma_rad[:, 0], result.sigma_rad[:, 1]))
     return tilt

@@ -47,40 +47,21 @@ def score(q_est: np.ndarray, q_ref: np.ndarray, movement: np.ndarray | None = No
     return Score(*(float(np.degrees(np.sqrt(np.mean(e**2)))) for e in errors_rad(q_est[known], q_ref[known])))
 
 
-class Consistency(NamedTuple):
-    """NEES / 3: 1 when the errors are as large as stated, above 1 when they are larger (the filter is overconfident)."""
+def nees(q_est: np.ndarray, sigma_rad: np.ndarray, q_ref: np.ndarray, movement: np.ndarray | None = None) -> float:
+    """NEES / 3: 1 when the errors are as large as stated, above 1 when they are larger (the filter is overconfident).
 
-    nees_per_axis: float
-    by: str  # "covariance": from the whole matrix; "sigmas": from its diagonal, which leaves correlations out
-
-
-def nees(q_est: np.ndarray, spread: np.ndarray, q_ref: np.ndarray, movement: np.ndarray | None = None) -> Consistency:
-    """Mean of e' P^-1 e / 3 over the rows of movement where attitudes and spread are known; NaN if there are none.
-
-    e: rotation vector between estimate and reference about the navigation axes, in rad. spread: its covariance, n x 3 x
-    3 in rad2, or its standard deviations, n x 3 in rad. Raises ValueError for another shape, and for a covariance that
-    is not positive definite.
+    Mean over the rows of movement where attitudes and sigmas are known; NaN if there are none. sigma_rad: n x 3, of the rotation
+    between estimate and reference about the navigation axes; correlations are left out. Raises ValueError for another shape, and
+    for a sigma that is not positive.
     """
-    by = {(len(q_est), 3): "sigmas", (len(q_est), 3, 3): "covariance"}.get(np.shape(spread))
-    if by is None:
-        raise ValueError(
-            f"spread has the shape {np.shape(spread)}, expected n x 3 sigmas or n x 3 x 3 covariances, n = {len(q_est)}"
-        )
+    if np.shape(sigma_rad) != (len(q_est), 3):
+        raise ValueError(f"sigma_rad has the shape {np.shape(sigma_rad)}, expected n x 3, n = {len(q_est)}")
     error = rotation_error_rad(q_est, q_ref)
-    known = np.isfinite(error).all(axis=1) & np.isfinite(spread).reshape(len(spread), -1).all(axis=1)
+    known = np.isfinite(error).all(axis=1) & np.isfinite(sigma_rad).all(axis=1)
     if movement is not None:
         known &= movement
     if not known.any():
-        return Consistency(np.nan, by)
-    if by == "sigmas":
-        if not (spread[known] > 0).all():
-            raise ValueError("spread: a standard deviation is not positive")
-        normalised = error[known] / spread[known]
-    else:
-        # With P = L L', e' P^-1 e is the squared length of L^-1 e.
-        try:
-            factor = np.linalg.cholesky(spread[known])
-        except np.linalg.LinAlgError:
-            raise ValueError("spread: a covariance is not positive definite") from None
-        normalised = np.linalg.solve(factor, error[known][:, :, None])[:, :, 0]
-    return Consistency(float(np.mean(np.sum(normalised**2, axis=1)) / 3), by)
+        return float("nan")
+    if not (sigma_rad[known] > 0).all():
+        raise ValueError("sigma_rad: a standard deviation is not positive")
+    return float(np.mean(np.sum((error[known] / sigma_rad[known]) ** 2, axis=1)) / 3)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from hnav.reports import plots
+from hnav.reports import colours, plots
 from studies.bench.contenders import Contender
 from studies.bench.rows import Line
 
@@ -35,7 +35,7 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: b
             _draw_times(panels[1], ranked, place, ours, looped)
         errors.set_yticks(place, [line.filter.replace(":solver=", ", ").replace("_", " ") for line in ranked])
         for label, line in zip(errors.get_yticklabels(), ranked):
-            label.set(fontweight="bold" if line.filter in ours else "normal", color=plots.INK)
+            label.set(fontweight="bold" if line.filter in ours else "normal", color=colours.INK)
         if gap:
             _draw_divide(panels, len(causal) - 0.5 + gap / 2)
         errors.set_ylim(place[-1] + 0.6, -0.6)
@@ -55,9 +55,9 @@ def _ranked(lines: Sequence[Line], entered: Sequence[Contender], offline: bool) 
 
 def _draw_divide(panels: Sequence[plots.Axes], y: float) -> None:
     for axes in panels:
-        axes.axhline(y, color=plots.FAINT, lw=0.8, ls=(0, (1, 2)))
+        axes.axhline(y, color=colours.FAINT, lw=0.8, ls=(0, (1, 2)))
     panels[0].annotate("with hindsight", (1.0, y), xycoords=("axes fraction", "data"), xytext=(-4, -3), textcoords="offset points",
-                    ha="right", va="top", fontsize=8, color=plots.FAINT, style="italic")  # fmt: skip
+                    ha="right", va="top", fontsize=8, color=colours.FAINT, style="italic")  # fmt: skip
 
 
 def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours: set[str]) -> None:
@@ -70,10 +70,10 @@ def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, our
     end = min(np.nanmax(everything), OUT_OF_SCALE * np.nanmedian(everything))
     for name, offset, values in shown:
         dark = name == "disturbed"
-        colours = [
-            (plots.BLUE if dark else LIGHT_BLUE) if line.filter in ours else (DARK_GREY if dark else GREY) for line in lines
+        filled = [
+            (colours.BLUE if dark else LIGHT_BLUE) if line.filter in ours else (DARK_GREY if dark else GREY) for line in lines
         ]
-        axes.barh(place + offset, values, height=0.36, color=colours, zorder=2)
+        axes.barh(place + offset, values, height=0.36, color=filled, zorder=2)
         for y, value in zip(place + offset, values):
             if value > end:
                 axes.text(
@@ -96,7 +96,7 @@ def _draw_times(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours
     for y, time_us, line in zip(place, times_us, lines):
         if np.isnan(time_us):
             continue
-        colour = plots.BLUE if line.filter in ours else DARK_GREY
+        colour = colours.BLUE if line.filter in ours else DARK_GREY
         axes.plot([low, time_us], [y, y], color=colour, lw=1.6, alpha=0.55, solid_capstyle="butt", zorder=2)
         axes.plot(
             time_us, y, "o", color=colour, markerfacecolor="white" if line.filter in looped else colour, ms=7, mew=1.6, zorder=3

@@ -120,7 +120,7 @@ def _scored(set_name: str, name: str, recording: Recording, estimate: Estimate, 
         return _failed(set_name, name, recording, "no estimate in the scored phase")
     stated = math.nan
     if estimate.sigma_rad is not None:
-        stated = nees(estimate.q_nb, estimate.sigma_rad, truth, movement).nees_per_axis
+        stated = nees(estimate.q_nb, estimate.sigma_rad, truth, movement)
     honest = _honesty(estimate, truth, scored)
     return Row(set_name, name, recording.name, is_disturbed(recording.name), *result, stated, us_per_sample, missing, "", *honest)
 

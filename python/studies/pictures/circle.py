@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib import rc_context
 
-from hnav.reports import plots
+from hnav.reports import colours, plots
 
 HEADING_RAD = np.radians(40.0)
 GAIN_M_S2, FIX_S, SIGMA_M_S = 1.0, 0.2, 0.5  # acceleration, interval of the fixes, white noise of a velocity
@@ -49,7 +49,7 @@ def draw_circle() -> plots.Figure:
         fig = plots.figure(1200, 620)
         plane, line = fig.subplots(1, 2, width_ratios=(1, 1.15))
         plane.plot(*circle, color="black", lw=1, ls=":", label="|u| = 1")
-        for number, (m, S), colour in zip(FIXES, posteriors(), ("#999999", *plots.AXIS_COLOURS)):
+        for number, (m, S), colour in zip(FIXES, posteriors(), ("#999999", *colours.AXIS_COLOURS)):
             plane.plot(*(m[:, None] + np.linalg.cholesky(S) @ circle), color=colour)
             line.plot(np.degrees(alpha), density(alpha, m, S), color=colour, label=f"{number} fixes")
         plane.plot(np.cos(HEADING_RAD), np.sin(HEADING_RAD), "k+", ms=14, mew=2, label="truth")

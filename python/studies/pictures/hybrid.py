@@ -17,7 +17,7 @@ from hnav.filters.options import Options
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording
-from hnav.reports import plots
+from hnav.reports import colours, plots
 from hnav.rotations import rotation_error_rad
 
 TRIAL = 5  # slow rotation by hand with breaks, undisturbed field
@@ -99,7 +99,7 @@ def draw_zoom(axes: list[plots.Axes], zoom: Zoom) -> None:
             panel.axvline(t, color="#DDDDDD", lw=0.8, zorder=0)
         panel.grid(axis="x", visible=False)
         panel.set_xlim(t_ms[0], t_ms[-1])
-        for column, colour in enumerate(plots.AXIS_COLOURS):
+        for column, colour in enumerate(colours.AXIS_COLOURS):
             panel.plot(t_ms, lines[:, column], color=colour, label=f"about {names[column]}")
             panel.plot(t_ms[zoom.after_jump], lines[zoom.after_jump, column], "o", color=colour, ms=3)
     plots.legend_above(axes[0])

@@ -17,7 +17,7 @@ from hnav.filters.options import Options
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from hnav.io.recordings import Recording
-from hnav.reports import plots
+from hnav.reports import colours, plots
 from hnav.rotations import rotation_error_rad
 
 TRIAL = 3  # slow rotation by hand, undisturbed field
@@ -57,7 +57,7 @@ def draw_against_truth(axes: list[plots.Axes], recording: Recording, run: Run) -
     axes[1].set_title("Error of heading")
     axes[2].set_title("Error of tilt about east")
     plots.draw_error_band(axes[1], t_s, error_deg[:, 2], sigma_deg[:, 2], "heading")
-    plots.draw_error_band(axes[2], t_s, error_deg[:, 0], sigma_deg[:, 0], "tilt", plots.VERMILION)
+    plots.draw_error_band(axes[2], t_s, error_deg[:, 0], sigma_deg[:, 0], "tilt", colours.VERMILION)
     axes[2].set_xlabel("time / s")
     axes[2].set_xlim(0, SHOWN_S)
     for panel in axes[1:]:

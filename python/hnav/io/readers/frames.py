@@ -98,7 +98,7 @@ def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes
         if not having or sensor in {stream.sensor for stream in streams}:
             continue
         name = max(having, key=lambda name: _count(having[name], sensor))
-        stream, unit, more = _stream(shown, having[name], sensor, wishes, by_format)
+        stream, unit, more = sensor_stream(shown, having[name], sensor, wishes, by_format)
         streams.append(stream)
         others = ", ".join(other for other in having if other != name)
         notes += [*more, *([f"{sensor}: {name}, not {others}"] if others else [])]
@@ -111,9 +111,10 @@ def _count(table: Table, sensor: str) -> int:
     return int(np.isfinite(table.values[sensor[0] + "x"]).sum())
 
 
-def _stream(
+def sensor_stream(
     shown: str, table: Table, sensor: str, wishes: Wishes, by_format: Mapping[str, str]
 ) -> tuple[Stream, Unit, tuple[str, ...]]:
+    """The samples of a sensor without empty rows, the unit of their times, and notes on those. Raises RecordingError."""
     table = table.of_sensor(sensor)
     t_s, unit, mended = times_of(shown, table, wishes, by_format)
     stream = stream_of(shown, table, sensor, t_s, wishes, by_format.get(sensor))

@@ -20,9 +20,10 @@ import numpy as np
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID
 from hnav.io.readers.aids import aids_in
+from hnav.io.readers.frames import sensor_stream
 from hnav.io.readers.packed import LARGEST_BYTES, NO_ZIP, ZIP_MAGIC
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import Table, parse, raw_of, stream_of, times_of
+from hnav.io.readers.tables import Table, parse, raw_of, times_of
 from hnav.io.recordings import RecordingError, Unit
 
 # Names of the files of a sensor in these apps, best first; small letters, without blanks.
@@ -111,12 +112,7 @@ def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, byte
 def _stream(
     path: Path, stem: str, sensor: str, files: Mapping[str, bytes], wishes: Wishes
 ) -> tuple[Stream, Unit, tuple[str, ...]]:
-    table = _parsed(path, stem, files, wishes, sensor)
-    shown = f"{path}, {stem}.csv"
-    t_s, unit, mended = times_of(shown, table, wishes, {})
-    stream = stream_of(shown, table, sensor, t_s, wishes, UNITS[sensor])
-    present = ~np.isnan(stream.values).any(axis=1)
-    return Stream(sensor, t_s[present], stream.values[present], stream.unit), unit, mended
+    return sensor_stream(f"{path}, {stem}.csv", _parsed(path, stem, files, wishes, sensor), sensor, wishes, UNITS)
 
 
 def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
