@@ -1,4 +1,4 @@
-// The decompositions of the fits, each compiled once in a separate file: they take most of the compile time.
+// The decompositions of the fits, compiled once: they take most of the compile time.
 #pragma once
 
 #include <Eigen/Core>

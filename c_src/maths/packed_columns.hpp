@@ -1,9 +1,11 @@
 // The upper triangle of a covariance, packed column by column: a column is contiguous both there and in the matrix, and is
-// moved by loads and stores of a length known at compile time. For large matrices; in the small build by loops.
+// moved by loads and stores of a length known at compile time; without Eigen, because one type for
+// each length takes a third of the compile time of a filter. For large matrices; in the small build by loops.
 #pragma once
 
 #include "base/small.hpp"
 #include "maths/covariance.hpp"
+#include "maths/unroll.hpp"
 
 #include <utility>
 
@@ -12,9 +14,19 @@ namespace hnav {
 // Place of the element i, j, i <= j.
 constexpr int place_in_columns(int i, int j) { return j * (j + 1) / 2 + i; }
 
+// Unrolled: the compiler would make a call of the library of a loop.
+template <int length, class R>
+inline void copy_column(const R* from, R* to) {
+    R column[length];
+    HNAV_UNROLL
+    for (int i = 0; i < length; ++i) column[i] = from[i];
+    HNAV_UNROLL
+    for (int i = 0; i < length; ++i) to[i] = column[i];
+}
+
 template <int n, class R, int... j>
 inline void pack_each(const Square<n, R>& P, R* upper, std::integer_sequence<int, j...>) {
-    ((Eigen::Map<Eigen::Matrix<R, j + 1, 1>>(upper + place_in_columns(0, j)) = P.template block<j + 1, 1>(0, j)), ...);
+    (copy_column<j + 1>(&P.coeffRef(0, j), upper + place_in_columns(0, j)), ...);
 }
 
 template <int n, class R>
@@ -28,10 +40,16 @@ inline void pack_columns(const Square<n, std::common_type_t<R>>& P, R* upper) {
 }
 
 // A column down to the diagonal, and the row that is its mirror image.
+template <int j, int n, class R>
+inline void unpack_column(const R* column, Square<n, R>& P) {
+    copy_column<j + 1>(column, &P.coeffRef(0, j));
+    HNAV_UNROLL
+    for (int i = 0; i < j; ++i) P(j, i) = column[i];
+}
+
 template <int n, class R, int... j>
 inline void unpack_each(const R* upper, Square<n, R>& P, std::integer_sequence<int, j...>) {
-    ((P.template block<j + 1, 1>(0, j) = Eigen::Map<const Eigen::Matrix<R, j + 1, 1>>(upper + place_in_columns(0, j))), ...);
-    ((P.template block<1, j + 1>(j, 0) = Eigen::Map<const Eigen::Matrix<R, 1, j + 1>>(upper + place_in_columns(0, j))), ...);
+    (unpack_column<j>(upper + place_in_columns(0, j), P), ...);
 }
 
 template <int n, class R>

@@ -1,11 +1,9 @@
 // Repair of a covariance matrix that is indefinite because of rounding or a coarse integrator.
 #pragma once
 
-#include "base/small.hpp"
 #include "maths/cholesky.hpp"
 #include "maths/jacobi.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 
@@ -14,20 +12,14 @@ namespace hnav {
 // The nearest matrix without negative eigenvalues.
 template <int n, class R>
 void clip_eigenvalues(Square<n, R>& P) {
-    if constexpr (small_build) {
-        const Jacobi<n, R> jacobi(P);
-        const Eigen::Matrix<R, n, 1> values = P.diagonal().cwiseMax(R(0));
-        for (int i = 0; i < n; ++i)
-            for (int j = i; j < n; ++j) {
-                R sum = 0;
-                for (int k = 0; k < n; ++k) sum += values[k] * jacobi.V(i, k) * jacobi.V(j, k);
-                P(i, j) = P(j, i) = sum;
-            }
-    } else {
-        const Eigen::SelfAdjointEigenSolver<Square<n, R>> eigen(P);
-        P = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
-        symmetrise<n>(P);
-    }
+    const Jacobi<n, R> jacobi(P);
+    const Eigen::Matrix<R, n, 1> values = P.diagonal().cwiseMax(R(0));
+    for (int i = 0; i < n; ++i)
+        for (int j = i; j < n; ++j) {
+            R sum = 0;
+            for (int k = 0; k < n; ++k) sum += values[k] * jacobi.V(i, k) * jacobi.V(j, k);
+            P(i, j) = P(j, i) = sum;
+        }
 }
 
 // A function of its own, so that its factor, as large as the matrix, is off the stack before further calls.
