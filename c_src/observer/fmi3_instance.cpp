@@ -1,10 +1,9 @@
 // FMI 3.0, Model Exchange and Co-Simulation.
 #include "base/memory.hpp"
-#include "observer/fmi_instance.hpp"
+#include "observer/fmi_calls.hpp"
 
 #include <fmi3FunctionTypes.h>
 
-#include <algorithm>
 #include <cstdio>
 
 namespace hnav::observer {
@@ -16,148 +15,86 @@ void log(fmi3InstanceEnvironment environment, fmi3Status, fmi3String, fmi3String
     if (instance && text) std::snprintf(instance->said, sizeof instance->said, "%s", text);
 }
 
-class Fmi3Instance final : public FmiInstance {
-public:
-    explicit Fmi3Instance(bool steps) : FmiInstance(steps) {}
+struct Fmi3Functions {
+    using Byte = fmi3Byte;
+    NamedFunction* list = nullptr;
+    HNAV_FMI_FUNCTION(instantiate, fmi3InstantiateModelExchange, by_exchange);
+    HNAV_FMI_FUNCTION(instantiate_steps, fmi3InstantiateCoSimulation, by_steps);
+    HNAV_FMI_FUNCTION(free, fmi3FreeInstance, always);
+    HNAV_FMI_FUNCTION(enter_initialization, fmi3EnterInitializationMode, always);
+    HNAV_FMI_FUNCTION(exit_initialization, fmi3ExitInitializationMode, always);
+    HNAV_FMI_FUNCTION(set, fmi3SetFloat64, always);
+    HNAV_FMI_FUNCTION(get, fmi3GetFloat64, always);
+    HNAV_FMI_FUNCTION(do_step, fmi3DoStep, by_steps);
+    HNAV_FMI_FUNCTION(enter_event_mode, fmi3EnterEventMode, by_exchange);
+    HNAV_FMI_FUNCTION(iterate, fmi3UpdateDiscreteStates, by_exchange);
+    HNAV_FMI_FUNCTION(enter_continuous_time_mode, fmi3EnterContinuousTimeMode, by_exchange);
+    HNAV_FMI_FUNCTION(set_time, fmi3SetTime, by_exchange);
+    HNAV_FMI_FUNCTION(set_states, fmi3SetContinuousStates, by_exchange);
+    HNAV_FMI_FUNCTION(get_states, fmi3GetContinuousStates, by_exchange);
+    HNAV_FMI_FUNCTION(get_nominals, fmi3GetNominalsOfContinuousStates, by_exchange);
+    HNAV_FMI_FUNCTION(get_derivatives, fmi3GetContinuousStateDerivatives, by_exchange);
+    HNAV_FMI_FUNCTION(get_indicators, fmi3GetEventIndicators, never);
+    HNAV_FMI_FUNCTION(step_done, fmi3CompletedIntegratorStep, never);
+    HNAV_FMI_FUNCTION(get_state, fmi3GetFMUState, never);
+    HNAV_FMI_FUNCTION(set_state, fmi3SetFMUState, never);
+    HNAV_FMI_FUNCTION(free_state, fmi3FreeFMUState, never);
+    HNAV_FMI_FUNCTION(state_bytes, fmi3SerializedFMUStateSize, never);
+    HNAV_FMI_FUNCTION(serialize, fmi3SerializeFMUState, never);
+    HNAV_FMI_FUNCTION(deserialize, fmi3DeserializeFMUState, never);
+    HNAV_FMI_FUNCTION(directional, fmi3GetDirectionalDerivative, never);
+    HNAV_FMI_FUNCTION(indicators, fmi3GetNumberOfEventIndicators, never);
+};
 
-    bool find(const SharedLibrary& library, const char** missing) override {
-        // Optional functions.
-        get_indicators_ = library.function<fmi3GetEventIndicatorsTYPE>("fmi3GetEventIndicators");
-        step_done_ = library.function<fmi3CompletedIntegratorStepTYPE>("fmi3CompletedIntegratorStep");
-        get_state_ = library.function<fmi3GetFMUStateTYPE>("fmi3GetFMUState");
-        set_state_ = library.function<fmi3SetFMUStateTYPE>("fmi3SetFMUState");
-        free_state_ = library.function<fmi3FreeFMUStateTYPE>("fmi3FreeFMUState");
-        state_size_ = library.function<fmi3SerializedFMUStateSizeTYPE>("fmi3SerializedFMUStateSize");
-        serialize_ = library.function<fmi3SerializeFMUStateTYPE>("fmi3SerializeFMUState");
-        deserialize_ = library.function<fmi3DeserializeFMUStateTYPE>("fmi3DeserializeFMUState");
-        directional_ = library.function<fmi3GetDirectionalDerivativeTYPE>("fmi3GetDirectionalDerivative");
-        indicators_ = library.function<fmi3GetNumberOfEventIndicatorsTYPE>("fmi3GetNumberOfEventIndicators");
-        const bool found[] = {take(library, free_, "fmi3FreeInstance", missing),
-                              take(library, enter_init_, "fmi3EnterInitializationMode", missing),
-                              take(library, exit_init_, "fmi3ExitInitializationMode", missing),
-                              take(library, set_, "fmi3SetFloat64", missing), take(library, get_, "fmi3GetFloat64", missing)};
-        if (!all(found)) return false;
-        if (steps())
-            return take(library, instantiate_steps_, "fmi3InstantiateCoSimulation", missing) &&
-                   take(library, step_, "fmi3DoStep", missing);
-        const bool exchange[] = {take(library, instantiate_, "fmi3InstantiateModelExchange", missing),
-                                 take(library, event_mode_, "fmi3EnterEventMode", missing),
-                                 take(library, iterate_, "fmi3UpdateDiscreteStates", missing),
-                                 take(library, continuous_, "fmi3EnterContinuousTimeMode", missing),
-                                 take(library, set_time_, "fmi3SetTime", missing),
-                                 take(library, set_states_, "fmi3SetContinuousStates", missing),
-                                 take(library, get_states_, "fmi3GetContinuousStates", missing),
-                                 take(library, nominals_, "fmi3GetNominalsOfContinuousStates", missing),
-                                 take(library, derivatives_, "fmi3GetContinuousStateDerivatives", missing)};
-        return all(exchange);
-    }
+class Fmi3Instance final : public FmiCalls<Fmi3Functions> {
+public:
+    using FmiCalls::FmiCalls;
 
     bool instantiate(const char* token, const char* resources) override {
         instance_ =
-            steps() ? instantiate_steps_("plant", token, resources, false, false, false, false, nullptr, 0, this, log, nullptr)
-                    : instantiate_("plant", token, resources, false, false, this, log);
+            steps() ? f_.instantiate_steps("plant", token, resources, false, false, false, false, nullptr, 0, this, log, nullptr)
+                    : f_.instantiate("plant", token, resources, false, false, this, log);
         return instance_ != nullptr;
     }
 
-    void free() override {
-        if (instance_ && !dead) free_(instance_);
-        instance_ = nullptr;
-    }
-
-    Answer enter_initialization(double start_s) override { return answer(enter_init_(instance_, false, 0, start_s, false, 0)); }
-    Answer exit_initialization() override { return answer(exit_init_(instance_)); }
+    Answer enter_initialization(double start_s) override { return ask(f_.enter_initialization, false, 0, start_s, false, 0); }
     int indicators(int declared) override {
         std::size_t count = 0;
-        return indicators_ && answer(indicators_(instance_, &count)) == Answer::ok ? static_cast<int>(count) : declared;
+        return ask(f_.indicators, &count) == Answer::ok ? static_cast<int>(count) : declared;
     }
 
-    Answer enter_event_mode() override { return answer(event_mode_(instance_)); }
     Answer iterate(Iteration* found) override {
         bool again = false, terminate = false, nominals = false, values = false, defined = false;
         double next_s = 0;
-        const Answer done = answer(iterate_(instance_, &again, &terminate, &nominals, &values, &defined, &next_s));
+        const Answer done = ask(f_.iterate, &again, &terminate, &nominals, &values, &defined, &next_s);
         *found = {again, terminate, defined, next_s};
         return done;
     }
-    Answer enter_continuous_time_mode() override { return answer(continuous_(instance_)); }
 
     Answer set(const Reference* references, int count, const double* values) override {
-        return answer(set_(instance_, references, count, values, count));
+        return ask(f_.set, references, count, values, count);
     }
     Answer get(const Reference* references, int count, double* values) override {
-        return answer(get_(instance_, references, count, values, count));
-    }
-    Answer set_time(double t_s) override { return answer(set_time_(instance_, t_s)); }
-    Answer set_states(const double* x, int count) override { return answer(set_states_(instance_, x, count)); }
-    Answer get_states(double* x, int count) override { return answer(get_states_(instance_, x, count)); }
-    Answer get_nominals(double* x, int count) override { return answer(nominals_(instance_, x, count)); }
-    Answer get_derivatives(double* dx, int count) override { return answer(derivatives_(instance_, dx, count)); }
-    Answer get_indicators(double* z, int count) override {
-        return get_indicators_ ? answer(get_indicators_(instance_, z, count)) : Answer::broken;
+        return ask(f_.get, references, count, values, count);
     }
     // The caller restores a state: the previous one is needed.
     Answer step_done(bool* wants_event, bool* terminate) override {
         *wants_event = *terminate = false;
-        if (!step_done_) return Answer::ok;
-        return answer(step_done_(instance_, false, wants_event, terminate));
-    }
-    Answer get_state(void** state) override { return get_state_ ? answer(get_state_(instance_, state)) : Answer::broken; }
-    Answer set_state(void* state) override { return set_state_ ? answer(set_state_(instance_, state)) : Answer::broken; }
-    void free_state(void** state) override {
-        if (*state && free_state_ && instance_ && !dead) free_state_(instance_, state);
-        *state = nullptr;
-    }
-    Answer state_bytes(void* state, std::size_t* bytes) override {
-        return state_size_ ? answer(state_size_(instance_, state, bytes)) : Answer::broken;
-    }
-    Answer serialize(void* state, void* bytes, std::size_t count) override {
-        return serialize_ ? answer(serialize_(instance_, state, static_cast<fmi3Byte*>(bytes), count)) : Answer::broken;
-    }
-    Answer deserialize(const void* bytes, std::size_t count, void** state) override {
-        return deserialize_ ? answer(deserialize_(instance_, static_cast<const fmi3Byte*>(bytes), count, state)) : Answer::broken;
+        if (!f_.step_done.symbol) return Answer::ok;
+        return ask(f_.step_done, false, wants_event, terminate);
     }
     Answer directional(const Reference* unknown, int rows, const Reference* known, int count, const double* seed,
                        double* column) override {
-        if (!directional_) return Answer::broken;
-        return answer(directional_(instance_, unknown, rows, known, count, seed, count, column, rows));
+        return ask(f_.directional, unknown, rows, known, count, seed, count, column, rows);
     }
 
     Answer step(double t_s, double length_s, bool* terminate) override {
         bool event = false, early = false;
         double last_s = 0;
-        return answer(step_(instance_, t_s, length_s, false, &event, terminate, &early, &last_s));
+        return ask(f_.do_step, t_s, length_s, false, &event, terminate, &early, &last_s);
     }
 
     void destroy() override { destroy_object(this); }
-
-private:
-    fmi3Instance instance_ = nullptr;
-    fmi3InstantiateModelExchangeTYPE* instantiate_ = nullptr;
-    fmi3InstantiateCoSimulationTYPE* instantiate_steps_ = nullptr;
-    fmi3DoStepTYPE* step_ = nullptr;
-    fmi3FreeInstanceTYPE* free_ = nullptr;
-    fmi3EnterInitializationModeTYPE* enter_init_ = nullptr;
-    fmi3ExitInitializationModeTYPE* exit_init_ = nullptr;
-    fmi3GetNumberOfEventIndicatorsTYPE* indicators_ = nullptr;
-    fmi3EnterEventModeTYPE* event_mode_ = nullptr;
-    fmi3UpdateDiscreteStatesTYPE* iterate_ = nullptr;
-    fmi3EnterContinuousTimeModeTYPE* continuous_ = nullptr;
-    fmi3SetFloat64TYPE* set_ = nullptr;
-    fmi3GetFloat64TYPE* get_ = nullptr;
-    fmi3SetTimeTYPE* set_time_ = nullptr;
-    fmi3SetContinuousStatesTYPE* set_states_ = nullptr;
-    fmi3GetContinuousStatesTYPE* get_states_ = nullptr;
-    fmi3GetNominalsOfContinuousStatesTYPE* nominals_ = nullptr;
-    fmi3GetContinuousStateDerivativesTYPE* derivatives_ = nullptr;
-    fmi3GetDirectionalDerivativeTYPE* directional_ = nullptr;
-    fmi3GetEventIndicatorsTYPE* get_indicators_ = nullptr;
-    fmi3CompletedIntegratorStepTYPE* step_done_ = nullptr;
-    fmi3GetFMUStateTYPE* get_state_ = nullptr;
-    fmi3SetFMUStateTYPE* set_state_ = nullptr;
-    fmi3FreeFMUStateTYPE* free_state_ = nullptr;
-    fmi3SerializedFMUStateSizeTYPE* state_size_ = nullptr;
-    fmi3SerializeFMUStateTYPE* serialize_ = nullptr;
-    fmi3DeserializeFMUStateTYPE* deserialize_ = nullptr;
 };
 
 } // namespace

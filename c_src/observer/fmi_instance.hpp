@@ -4,7 +4,6 @@
 #include "observer/problem.hpp"
 #include "observer/shared_library.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -14,6 +13,8 @@ using Reference = std::uint32_t;
 
 class FmiInstance {
 public:
+    explicit FmiInstance(bool steps) : steps_(steps) {}
+
     struct Iteration {
         bool again, terminate, next_event_defined;
         double next_event_s;
@@ -61,24 +62,10 @@ public:
     bool dead = false; // after a fatal error no function may be called
 
 protected:
-    explicit FmiInstance(bool steps) : steps_(steps) {}
     ~FmiInstance() = default;
 
     // In Co-Simulation.
     bool steps() const { return steps_; }
-
-    // One function of the library.
-    template <class Function>
-    static bool take(const SharedLibrary& library, Function*& function, const char* name, const char** missing) {
-        function = library.function<Function>(name);
-        if (!function) *missing = name;
-        return function != nullptr;
-    }
-
-    template <std::size_t count>
-    static bool all(const bool (&found)[count]) {
-        return std::all_of(found, found + count, [](bool is) { return is; });
-    }
 
     // Statuses have the same numbers in both versions.
     Answer answer(int status) {

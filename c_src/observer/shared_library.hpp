@@ -20,15 +20,10 @@ public:
     // Until the process ends.
     void stay() { stays_ = true; }
 
-    // Null: there is no such function.
-    template <class Function>
-    Function* function(const char* name) const {
-        return reinterpret_cast<Function*>(symbol(name));
-    }
-
-private:
+    // A function; null: there is none.
     void* symbol(const char* name) const;
 
+private:
     static bool is_loaded(const char* path);
     static bool copy_file(const char* from, const char* to);
     bool open_copy(const char* path, const char* folder, int length, const char* name);
