@@ -64,7 +64,6 @@ bool Model::is_elsewhere(const State& s, const Event& event) const {
 // Rate and force are one sample: an outlier in one of them rejects both. The value of a stuck or saturated axis is used, and the
 // motion that it may have missed is added as noise.
 void Model::examine(State& s, const Event& event) const {
-    constexpr double turns_rad_s = 0.2; // more than a body at rest does
     s.rejected = 0;
     const bool has_imu = has_new(s, event, imu), has_field = has_new(s, event, field);
     if (!has_imu && !has_field) return;
@@ -78,8 +77,7 @@ void Model::examine(State& s, const Event& event) const {
     // The allowed change of a sample grows in proportion to the gap before it.
     const double longer = s.usual_interval_s > 0 ? std::fmax(1, interval_s(checked_gyro) / s.usual_interval_s) : 1;
     for (const int sensor : {checked_gyro, checked_accel}) limits.of[sensor].outlier *= longer;
-    const Examined found = hnav::examine(s.check, limits.of, event.t_s, moves(s), rate.squaredNorm() > turns_rad_s * turns_rad_s,
-                                         sample, interval_s);
+    const Examined found = hnav::examine(s.check, limits.of, event.t_s, moves(s), turns(rate), sample, interval_s);
     const bool wild = s.check[checked_gyro].fault == SensorFault::outlier || s.check[checked_accel].fault == SensorFault::outlier;
     if (has_imu && wild) s.rejected |= std::uint64_t{1} << imu;
     if ((found.rejected >> checked_mag) & 1) s.rejected |= std::uint64_t{1} << field;

@@ -7,6 +7,7 @@
 
 namespace hnav::earth {
 
+constexpr double standard_gravity_m_s2 = 9.80665; // by which "g" is defined; about that of 45 deg latitude
 constexpr double rate_rad_s = 7.292115e-5;
 constexpr double equator_m = 6378137.0;
 constexpr double flattening = 1 / 298.257223563;

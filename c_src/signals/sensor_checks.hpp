@@ -27,6 +27,13 @@ struct Examined {
     bool rate_at_fault; // an axis of the gyroscope is stuck or saturated: its rate is used, and its turn is uncertain
 };
 
+// Whether a body with this rate turns faster than any at rest.
+template <class R>
+inline bool turns(const Vector3Of<R>& rate) {
+    constexpr R at_rest_rad_s = R(0.2);
+    return rate.squaredNorm() > at_rest_rad_s * at_rest_rad_s;
+}
+
 // sample(i, &y): whether sensor i has a sample, and which. interval_s(i): since its last one. force_moves, turns: the body
 // accelerates, by the force before this sample; it turns, by the rate before it.
 template <class R, class SampleOf, class IntervalOf>

@@ -1,11 +1,12 @@
 #include "simulation/imu_mag_sensor.hpp"
 
+#include "maths/earth.hpp"
 #include "simulation/streams.hpp"
 
 namespace hnav {
 namespace {
 
-constexpr double standard_gravity_m_s2 = 9.80665;
+using earth::standard_gravity_m_s2;
 constexpr double deg = M_PI / 180;
 constexpr double ug_m_s2 = 1e-6 * standard_gravity_m_s2;
 constexpr double root_hour_s = 60; // sqrt(3600 s)

@@ -5,7 +5,6 @@
 namespace hnav {
 namespace {
 
-constexpr double gravity_m_s2 = 9.80665;
 const Vector3 earth_rate{0, 0, earth::rate_rad_s};
 
 // Streams of a vehicle. A separate stream: the course at the start.
@@ -172,7 +171,7 @@ Vehicle::Motion Vehicle::aircraft(double s) const {
     m.speed.value += between(25, 85, stream(mean_speed_chance).uniform(0));
     m.roll = stairs(s, roll_signal, {19, 5.5, 4, bank});
     m.pitch = m.climb = stairs(s, pitch_signal, {17.5, 3.75, 6, pitch});
-    m.turn_rad_s = gravity_m_s2 * std::tan(m.roll.value) / m.speed.value;
+    m.turn_rad_s = earth::standard_gravity_m_s2 * std::tan(m.roll.value) / m.speed.value;
     return m;
 }
 

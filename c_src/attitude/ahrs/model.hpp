@@ -27,6 +27,7 @@
 
 #include "attitude/ahrs/state.hpp"
 #include "base/instant.hpp"
+#include "maths/earth.hpp"
 #include "maths/scalar.hpp"
 #include "maths/square.hpp"
 
@@ -39,7 +40,7 @@ template <class R>
 class AhrsModelOf : public AhrsErrors {
 public:
     static constexpr int nx = ahrs_nx;
-    static constexpr double gravity_m_s2 = 9.80665;
+    static constexpr double gravity_m_s2 = earth::standard_gravity_m_s2;
     using Options = hnav_ahrs_options;
     static constexpr int sensors = channel_count; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;

@@ -14,16 +14,15 @@ namespace hnav {
 // rotation about it grows.
 template <class R>
 void AhrsModelOf<R>::examine(State& s, const Event& event) const {
-    constexpr R turns_rad_s = R(0.2); // above any rate at rest
     const double t_s = event.t_s;
-    const bool moves = !(s.rest.force_still > 0), turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
+    const bool moves = !(s.rest.force_still > 0), turning = turns(Vector3R(s.rate));
     const auto sample = [&](int c, Vector3R* y) {
         if (!event.has(c)) return false;
         *y = vector_of<R>(event, c);
         return true;
     };
     const Examined found =
-        hnav::examine(s.check, limits_.of, t_s, moves, turns, sample, [&](int c) { return R(t_s - s.last_s[c]); });
+        hnav::examine(s.check, limits_.of, t_s, moves, turning, sample, [&](int c) { return R(t_s - s.last_s[c]); });
     s.rejected = found.rejected;
     if (found.rate_at_fault) lose_rate(s, t_s);
 }

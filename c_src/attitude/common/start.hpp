@@ -6,6 +6,7 @@
 #include "attitude/common/frames.hpp"
 #include "base/instant.hpp"
 #include "hnav/options/shared.h"
+#include "maths/earth.hpp"
 #include "signals/hold.hpp"
 
 namespace hnav {
@@ -66,7 +67,7 @@ struct FirstAttitude {
 // Part of a filter's state: numbers of eight bytes only.
 template <class R>
 struct StartSamples {
-    static constexpr R gravity_m_s2 = R(9.80665);
+    static constexpr R gravity_m_s2 = R(earth::standard_gravity_m_s2);
     static constexpr R max_acceleration = R(0.25); // in units of gravity
     static constexpr R max_apart = R(0.25); // of a sample and the mean, in units of the mean: 14 deg
     static constexpr double patience_s = 1;

@@ -10,14 +10,12 @@ namespace hnav {
 // the rotation about it grows.
 template <class R>
 void HrekfModelOf<R>::examine(State& s, const Event& event) const {
-    constexpr R turns_rad_s = R(0.2); // above any rate at rest
-    const bool turns = Vector3R(s.rate).squaredNorm() > turns_rad_s * turns_rad_s;
     const auto sample = [&](int c, Vector3R* y) {
         if (!event.has(c)) return false;
         *y = vector_of<R>(event, c);
         return true;
     };
-    const Examined found = hnav::examine(s.check, limits_.of, event.t_s, s.force_changes != 0, turns, sample,
+    const Examined found = hnav::examine(s.check, limits_.of, event.t_s, s.force_changes != 0, turns(Vector3R(s.rate)), sample,
                                          [&](int c) { return interval(s, c, event.t_s); });
     s.rejected = found.rejected;
     if (found.rate_at_fault) lose_rate(s, event.t_s);
@@ -55,7 +53,7 @@ void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
 template <class R>
 bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
     constexpr R mean_s = 1, far_cosine = R(0.76); // 40 deg
-    constexpr R g = R(9.80665), still_m_s2 = R(0.5);
+    constexpr R g = R(earth::standard_gravity_m_s2), still_m_s2 = R(0.5);
     constexpr double max_gap_s = 1;
     const double since_s = event.t_s - s.last_s[gyro];
     if (is_gap(since_s, s.spacing_s) && has_passed(since_s, max_gap_s)) return true;
