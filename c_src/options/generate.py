@@ -42,6 +42,7 @@ LISTS = (
 )  # fmt: skip
 MADE = "Made by c_src/options/generate.py from {}: change that, then ./run generate."
 WIDTH = 120  # of the text of a comment
+CODE_WIDTH = 130
 
 
 # --------------------------------------------------------------------------------------------- lists
@@ -326,11 +327,22 @@ def real(value: float) -> str:
     )
 
 
+def packed(items: Iterable[str]) -> str:
+    """Lines with as many items as fit."""
+    lines: list[str] = []
+    for item in items:
+        if lines and len(lines[-1]) + len(f" {item},") <= CODE_WIDTH:
+            lines[-1] += f" {item},"
+        else:
+            lines.append(f"    {item},")
+    return "".join(f"{line}\n" for line in lines)
+
+
 def choice_arrays(choices: Iterable[Choices], kind: str) -> str:
     """Names and meanings of the items, of the C++ type `kind`."""
     text = ""
     for c in choices:
-        meanings = "".join(f"    {prose(meaning)},\n" for meaning in c.items.values())
+        meanings = packed(map(prose, c.items.values()))
         text += (
             f"{kind} {c.name}_names[] = {{{', '.join(map(prose, c.items))}}};\n{kind} {c.name}_meanings[] = {{\n{meanings}}};\n"
         )
@@ -341,13 +353,13 @@ def row(spec: OptionList, option: Option, first: int) -> str:
     c = option.choices
     kind = "CHOICE" if c else "INTEGER" if option.integer else "REAL"
     names, count = (f"{c.name}_names, {c.name}_meanings", len(c.items)) if c else ("nullptr, nullptr", 0)
-    return (
-        f"    {{{literal(option.path)}, {prose(option.group)}, {prose(option.unit)},\n"
-        f"     {prose(option.text)},\n     {prose(option.reason)},\n"
-        f"     {names}, defaults + {first}, offsetof({spec.struct}, {option.path}),\n"
-        f"     {real(option.min)}, {real(option.max)}, {len(option.default)}, {count}, HNAV_OPTION_{kind}, "
-        f"{int(option.min_is_open)}, {int(option.max_is_open)}, {int(option.advanced)}}},\n"
-    )
+    items = (
+        f"{{{literal(option.path)}", prose(option.group), prose(option.unit), prose(option.text), prose(option.reason), names,
+        f"defaults + {first}", f"offsetof({spec.struct}, {option.path})", real(option.min), real(option.max),
+        str(len(option.default)), str(count), f"HNAV_OPTION_{kind}", str(int(option.min_is_open)), str(int(option.max_is_open)),
+        f"{int(option.advanced)}}}",
+    )  # fmt: skip
+    return packed(items)
 
 
 def preset_arrays(spec: OptionList) -> str:
@@ -364,11 +376,11 @@ def preset_arrays(spec: OptionList) -> str:
 
 
 def table(spec: OptionList) -> str:
-    defaults, rows, first = "", "", 0
+    rows, first = "", 0
     for option in spec.options:
-        defaults += f"    {', '.join(map(real, option.default))}, // {option.path}\n"
         rows += row(spec, option, first)
         first += len(option.default)
+    defaults = packed(real(v) for option in spec.options for v in option.default)
     named = {option.choices.name for option in spec.options if option.choices}
     arrays = choice_arrays((c for c in spec.choices.values() if c.name in named), "const char* const")
     lists = "choices" if spec.shared_choices else "lists"
@@ -376,7 +388,7 @@ def table(spec: OptionList) -> str:
         f"// {MADE.format(f'{spec.name}.toml')}\n"
         f'#include "options/{lists}.hpp"\n\n#include "hnav/options/{spec.name}.h"\n\n#include <cmath>\n#include <cstddef>\n\n'
         f"// clang-format off\nnamespace hnav {{\nnamespace {{\n\n{arrays}{chr(10) if arrays else ''}"
-        f"constexpr double defaults[] = {{\n{defaults}}};\n\n"
+        f"// Of all rows, one after the other.\nconstexpr double defaults[] = {{\n{defaults}}};\n\n"
         f"const OptionRow rows[] = {{\n{rows}}};\n{preset_arrays(spec)}\n}} // namespace\n\n"
         f"const OptionList {spec.name}_options = {{\n"
         f'    "hnav_{spec.name}_defaults", {spec.number}, sizeof({spec.struct}), rows, {len(spec.options)}, '
