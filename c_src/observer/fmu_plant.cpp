@@ -211,15 +211,24 @@ Answer FmuPlant::keep(Answer answer, const char* call) {
     return answer;
 }
 
+Answer FmuPlant::unless_terminated(Answer answer, bool terminate) {
+    if (answer != Answer::ok || !terminate) return answer;
+    std::snprintf(said_, sizeof said_, "it asks to terminate");
+    return Answer::broken;
+}
+
+// A broken instance cannot be used.
+Answer FmuPlant::ended(Answer answer) {
+    if (answer == Answer::broken) running_ = false;
+    return answer;
+}
+
 Answer FmuPlant::iterate() {
     for (int i = 0; i < max_iterations; ++i) {
         FmiInstance::Iteration found{};
-        const Answer done = keep(fmi_->iterate(&found), "the event iteration");
+        Answer done = keep(fmi_->iterate(&found), "the event iteration");
+        done = unless_terminated(done, found.terminate);
         if (done != Answer::ok) return done;
-        if (found.terminate) {
-            std::snprintf(said_, sizeof said_, "it asks to terminate");
-            return Answer::broken;
-        }
         next_event_s_ = found.next_event_defined ? found.next_event_s : HUGE_VAL;
         if (!found.again) return Answer::ok;
     }
@@ -266,8 +275,7 @@ Answer FmuPlant::move_to(const Point& at) {
         if (!plan_.input_is_discrete[i]) done = keep(fmi_->set(plan_.input + i, 1, at.u + i), "setting an input");
         inputs_[i] = at.u[i];
     }
-    if (done == Answer::broken) running_ = false;
-    return done;
+    return ended(done);
 }
 
 // After an error an instance cannot be used. A new one replaces it if its state can be set; after a fatal error there is no
@@ -367,8 +375,7 @@ Answer FmuPlant::place(const Point& at) {
     if (done == Answer::ok && sizes.inputs > 0) done = keep(fmi_->set(plan_.input, sizes.inputs, at.u), "setting inputs");
     if (done == Answer::ok && sizes.parameters > 0)
         done = keep(fmi_->set(plan_.parameter, sizes.parameters, at.p), "setting parameters");
-    if (done == Answer::broken) running_ = false;
-    return done;
+    return ended(done);
 }
 
 Answer FmuPlant::step(const Point& from, double length_s, double* x) {
@@ -377,10 +384,7 @@ Answer FmuPlant::step(const Point& from, double length_s, double* x) {
     bool terminate = false;
     has_gone_on_ = true;
     done = keep(fmi_->step(t_s_, length_s, &terminate), "DoStep");
-    if (done == Answer::ok && terminate) {
-        std::snprintf(said_, sizeof said_, "it asks to terminate");
-        done = Answer::broken;
-    }
+    done = unless_terminated(done, terminate);
     if (done == Answer::ok) done = keep(fmi_->get(plan_.state, sizes.states, x), "reading its states");
     if (done == Answer::broken) running_ = false;
     t_s_ += length_s;
@@ -397,11 +401,9 @@ Answer FmuPlant::rates(const Point& at, double* values) {
 // ------------------------------------------------------------------------------------------------ events
 
 Answer FmuPlant::indicators(const Point& at, double* z) {
-    Answer done = move_to(at);
+    const Answer done = move_to(at);
     if (done != Answer::ok) return done;
-    done = keep(fmi_->get_indicators(z, sizes.indicators), "GetEventIndicators");
-    if (done == Answer::broken) running_ = false;
-    return done;
+    return ended(keep(fmi_->get_indicators(z, sizes.indicators), "GetEventIndicators"));
 }
 
 Answer FmuPlant::event(const Point& at, double* x, double* next_s) {
@@ -466,12 +468,8 @@ Answer FmuPlant::step_done(const Point& at, bool* wants_event) {
     bool terminate = false;
     Answer done = move_to(at);
     if (done == Answer::ok) done = keep(fmi_->step_done(wants_event, &terminate), "CompletedIntegratorStep");
-    if (done == Answer::ok && terminate) {
-        std::snprintf(said_, sizeof said_, "it asks to terminate");
-        done = Answer::broken;
-    }
-    if (done == Answer::broken) running_ = false;
-    return done;
+    done = unless_terminated(done, terminate);
+    return ended(done);
 }
 
 Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {
@@ -481,8 +479,7 @@ Answer FmuPlant::evaluate(Function function, const Point& at, double* values) {
     fmi_->said[0] = said_[0] = '\0';
     done = function == Function::derivatives ? keep(fmi_->get_derivatives(values, sizes.states), "GetDerivatives")
                                              : keep(fmi_->get(plan_.sensor, sizes.outputs, values), "reading a sensor");
-    if (done == Answer::broken) running_ = false;
-    return done;
+    return ended(done);
 }
 
 // Allowed by the standards: derivatives of states and of outputs, by states and inputs. FMI 3 tools may offer parameters too.
@@ -531,8 +528,7 @@ Answer FmuPlant::jacobian(Function function, const bool (&wanted)[variables], co
     for (const Variable v : {Variable::state, Variable::unknown_input, Variable::parameter})
         if (done == Answer::ok && wanted[int(v)])
             done = function == Function::outputs ? columns_of_outputs(v, J) : columns_of_derivatives(v, dependencies, J);
-    if (done == Answer::broken) running_ = false;
-    return done;
+    return ended(done);
 }
 
 bool FmuPlant::declares_dependencies() const {

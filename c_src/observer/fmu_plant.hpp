@@ -74,6 +74,8 @@ private:
     Answer columns_of_derivatives(Variable variable, const Dependencies& dependencies, double* J);
     Reference known(int column) const;
     Answer keep(Answer answer, const char* call);
+    Answer unless_terminated(Answer answer, bool terminate);
+    Answer ended(Answer answer);
 
     SharedLibrary library_;
     FmiInstance* fmi_ = nullptr;

@@ -163,11 +163,8 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
     const Problem& p = *problem_;
     const Layout& at = layout();
     double *k = work_->gain, *cut = work_->P, sd = 0;
-    for (int i = 0; i < p.N; ++i) {
-        k[i] = 0;
-        for (int j = 0; j < p.N; ++j) k[i] += e.P[i * p.N + j] * e.gradient[j];
-        sd += k[i] * e.gradient[i];
-    }
+    times_rows(e.P, p.N, p.N, e.gradient, k);
+    for (int i = 0; i < p.N; ++i) sd += k[i] * e.gradient[i];
     sd = std::sqrt(sd);
     const double a = distance / sd, not_yet = below(a), has_been = below(-a);
     if (!(not_yet > smallest_weight && has_been > smallest_weight)) return true;

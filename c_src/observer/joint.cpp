@@ -37,14 +37,6 @@ void take_product(double* C, int n, double factor, const double* a, const double
         for (int j = 0; j < n; ++j) C[i * n + j] -= factor * a[i] * b[j];
 }
 
-// C b
-void times(const double* C, int n, const double* b, double* out) {
-    for (int i = 0; i < n; ++i) {
-        out[i] = 0;
-        for (int j = 0; j < n; ++j) out[i] += C[i * n + j] * b[j];
-    }
-}
-
 } // namespace
 
 // An interval begins: the instant before is the newest.
@@ -97,8 +89,8 @@ void Model::correct_joint(double* part, const double* P, const double* h, double
     const int N = problem_->N;
     const View joint(part + layout().joint, N);
     double *Ph = work_->joint_row, *c = Ph + N, S = variance;
-    times(P, N, h, Ph);
-    times(joint.C, N, h, c);
+    times_rows(P, N, N, h, Ph);
+    times_rows(joint.C, N, N, h, c);
     for (int i = 0; i < N; ++i) S += h[i] * Ph[i];
     for (int i = 0; i < N; ++i) c[i] /= S;
     for (int i = 0; i < N; ++i) joint.o[i] += c[i] * innovation;
@@ -113,7 +105,7 @@ void Model::cut_joint(const Passage& e, const double* k, double sd, double l, do
     std::copy_n(e.joint, layout().joint_numbers, part + layout().joint);
     const View joint(part + layout().joint, N);
     double* c = work_->joint_row;
-    times(joint.C, N, e.gradient, c);
+    times_rows(joint.C, N, N, e.gradient, c);
     for (int i = 0; i < N; ++i) c[i] /= sd;
     for (int i = 0; i < N; ++i) joint.o[i] += l * c[i];
     take_square(joint.O, N, q, c);
@@ -149,7 +141,7 @@ void Model::condition_joint(const double* k, int c, const double* d, double sd) 
     const int N = problem_->N;
     const View joint(work_->joint, N);
     double* M = work_->joint_root + c * N;
-    times(joint.C, N, d, M);
+    times_rows(joint.C, N, N, d, M);
     for (int i = 0; i < N; ++i) M[i] /= sd;
     take_square(joint.O, N, 1, M);
     take_product(joint.C, N, 1, M, k);

@@ -57,6 +57,10 @@ public:
         return value == 1;
     }
 
+    void read(double* to) { *to = number(); }
+    void read(std::uint32_t* to) { *to = reference(); }
+    void read(std::uint8_t* to) { *to = flag(); }
+
     bool whole() const { return whole_; }
 
 private:
@@ -109,30 +113,26 @@ private:
         if (bool* flag = flag_of(key)) return *flag = words.flag(), nullptr;
         if (is(key, "state_access")) return plan_.state_access = static_cast<int>(words.reference()), nullptr;
         if (is(key, "cosimulation")) return take_step(words);
-        if (is(key, "set")) return take_set(words);
+        if (is(key, "set")) return take(values, plan_.set_count, words, plan_.set, plan_.set_value);
         if (is(key, "state")) return take_state(words);
-        if (is(key, "input")) return take_input(words);
+        if (is(key, "input"))
+            return take(inputs, sizes_.known_inputs(), words, plan_.input, plan_.input_is_discrete, plan_.input_start);
         if (is(key, "unknown")) return take_unknown(words);
         if (is(key, "parameter")) return take_parameter(words);
-        if (is(key, "sensor")) return take_sensor(words);
+        if (is(key, "sensor"))
+            return take(sensors, sizes_.outputs, words, plan_.sensor, plan_.sensor_is_output, plan_.sensor_sigma, plan_.gate_nis);
         if (is(key, "bound")) return take_bound(words);
         if (is(key, "logarithmic")) return take_logarithmic(words);
         if (is(key, "depends")) return take_dependencies(words);
         return "its first word is not known";
     }
 
-    // The next row of a kind. False: the file has grown since its lines were counted.
-    bool next(Kind kind, int count, int* row) {
-        *row = count_[kind]++;
-        return *row < count;
-    }
-
-    const char* take_estimated(int i, Words& words) {
-        plan_.start[i] = words.number();
-        plan_.start_sigma[i] = words.number();
-        plan_.noise[i] = words.number();
-        plan_.nominal[i] = words.number();
-        plan_.ready_sigma[i] = words.number();
+    // The next row of a kind, a number for each array.
+    template <class... Arrays>
+    const char* take(Kind kind, int count, Words& words, Arrays*... to) {
+        const int i = count_[kind]++;
+        if (i >= count) return "the file changes while it is read";
+        (words.read(to + i), ...);
         return nullptr;
     }
 
@@ -141,55 +141,21 @@ private:
         return plan_.step_s >= 0 && std::isfinite(plan_.step_s) ? nullptr : "a step has to be finite and at least 0";
     }
 
-    const char* take_set(Words& words) {
-        int i;
-        if (!next(values, plan_.set_count, &i)) return changed;
-        plan_.set[i] = words.reference();
-        plan_.set_value[i] = words.number();
-        return nullptr;
-    }
-
     const char* take_state(Words& words) {
-        int i;
-        if (!next(states, sizes_.states, &i)) return changed;
-        plan_.state[i] = words.reference();
-        plan_.derivative[i] = words.reference();
-        return take_estimated(i, words);
-    }
-
-    const char* take_input(Words& words) {
-        int i;
-        if (!next(inputs, sizes_.known_inputs(), &i)) return changed;
-        plan_.input[i] = words.reference();
-        plan_.input_is_discrete[i] = words.flag();
-        plan_.input_start[i] = words.number();
-        return nullptr;
+        return take(states, sizes_.states, words, plan_.state, plan_.derivative, plan_.start, plan_.start_sigma, plan_.noise,
+                    plan_.nominal, plan_.ready_sigma);
     }
 
     const char* take_unknown(Words& words) {
-        int i;
-        if (!next(unknowns, sizes_.unknown_inputs, &i)) return changed;
-        plan_.input[sizes_.known_inputs() + i] = words.reference();
-        take_estimated(sizes_.first(Variable::unknown_input) + i, words);
-        plan_.time_constant_s[i] = words.number();
-        return nullptr;
+        const int i = sizes_.first(Variable::unknown_input);
+        return take(unknowns, sizes_.unknown_inputs, words, plan_.input + sizes_.known_inputs(), plan_.start + i,
+                    plan_.start_sigma + i, plan_.noise + i, plan_.nominal + i, plan_.ready_sigma + i, plan_.time_constant_s);
     }
 
     const char* take_parameter(Words& words) {
-        int i;
-        if (!next(parameters, sizes_.parameters, &i)) return changed;
-        plan_.parameter[i] = words.reference();
-        return take_estimated(sizes_.first(Variable::parameter) + i, words);
-    }
-
-    const char* take_sensor(Words& words) {
-        int i;
-        if (!next(sensors, sizes_.outputs, &i)) return changed;
-        plan_.sensor[i] = words.reference();
-        plan_.sensor_is_output[i] = words.flag();
-        plan_.sensor_sigma[i] = words.number();
-        plan_.gate_nis[i] = words.number();
-        return nullptr;
+        const int i = sizes_.first(Variable::parameter);
+        return take(parameters, sizes_.parameters, words, plan_.parameter, plan_.start + i, plan_.start_sigma + i,
+                    plan_.noise + i, plan_.nominal + i, plan_.ready_sigma + i);
     }
 
     // A place below a count. False: there is none.
@@ -225,7 +191,7 @@ private:
         return nullptr;
     }
 
-    static constexpr const char *changed = "the file changes while it is read", *nothing_there = "there is nothing of that place";
+    static constexpr const char* nothing_there = "there is nothing of that place";
 
     Plan& plan_;
     const PlantSizes& sizes_;

@@ -260,10 +260,7 @@ void Model::carry(const Passage& e, const double* P, double* part) const {
     const Problem& p = *problem_;
     double *product = work_->product, *to = part + layout().P, *beyond = part + layout().beyond;
     std::copy_n(beyond, p.N, work_->cut);
-    for (int i = 0; i < p.N; ++i) {
-        beyond[i] = 0;
-        for (int k = 0; k < p.N; ++k) beyond[i] += e.Xi[i * p.N + k] * work_->cut[k];
-    }
+    times_rows(e.Xi, p.N, p.N, work_->cut, beyond);
     for (int i = 0; i < p.N; ++i)
         for (int j = 0; j < p.N; ++j) {
             double sum = 0;

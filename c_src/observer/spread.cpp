@@ -66,11 +66,8 @@ int Model::root_along_guards(double* P, double* L) const {
     int columns = 0;
     const auto take = [&](const double* direction) {
         double *k = L + columns * N, variance = 0;
-        for (int i = 0; i < N; ++i) {
-            k[i] = 0;
-            for (int j = 0; j < N; ++j) k[i] += P[i * N + j] * direction[j];
-            variance += k[i] * direction[i];
-        }
+        times_rows(P, N, N, direction, k);
+        for (int i = 0; i < N; ++i) variance += k[i] * direction[i];
         if (!(variance > 0)) return;
         for (int i = 0; i < N; ++i) k[i] /= std::sqrt(variance);
         condition_joint(k, columns, direction, std::sqrt(variance));
