@@ -6,6 +6,7 @@ namespace {
 
 using R = hnav::Scalar;
 using AhrsModel = hnav::AhrsModelOf<R>;
+
 } // namespace
 
 extern "C" {
@@ -17,9 +18,7 @@ hnav_ahrs_options hnav_ahrs_defaults(hnav_preset preset) {
 hnav_status hnav_ahrs_create(hnav_filter** filter, const hnav_ahrs_options* options, char* message, size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::ahrs_options};
     const hnav_status status = creation.check(filter, options);
-    if (status != HNAV_OK) return status;
-    const hnav::Frames frames = hnav::frames_of(*options);
-    return creation.make(filter, AhrsModel(*options, frames), frames, *options);
+    return status == HNAV_OK ? creation.make<AhrsModel>(filter, *options) : status;
 }
 
 size_t hnav_ahrs_memory_bytes(const hnav_ahrs_options* options) {
@@ -30,9 +29,7 @@ hnav_status hnav_ahrs_create_in(void* memory, size_t bytes, hnav_filter** filter
                                 size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::ahrs_options};
     const hnav_status status = creation.check(filter, options);
-    if (status != HNAV_OK) return status;
-    const hnav::Frames frames = hnav::frames_of(*options);
-    return creation.make_in(memory, bytes, filter, AhrsModel(*options, frames), frames, *options);
+    return status == HNAV_OK ? creation.make_in<AhrsModel>(memory, bytes, filter, *options) : status;
 }
 
 } // extern "C"

@@ -60,10 +60,7 @@ extern "C" {
 hnav_status hnav_aid_sensor_create(hnav_aid_sensor** sensor, hnav_aid_sensor_kind kind, const hnav_aid_sensor_options* options,
                                    double start_s, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!sensor) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "sensor is null");
-    *sensor = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (const hnav_status status = caller.begin(sensor, "sensor", {{options, "options"}})) return status;
     if (kind < HNAV_AID_GNSS || kind > HNAV_AID_WHEEL)
         return caller.fail(HNAV_ERROR_OUT_OF_RANGE, "kind = %d: it must be gnss, baro or wheel (0, 1, 2)",
                            static_cast<int>(kind));

@@ -128,11 +128,7 @@ extern "C" {
 hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_options* options, const hnav_aircraft_model* model,
                                  char* message, size_t message_size) {
     Check is{{message, message_size}};
-    is.clear();
-    if (!aircraft) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "aircraft is null");
-    *aircraft = nullptr;
-    if (!options) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (!model) return is.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    if (const hnav_status status = is.begin(aircraft, "aircraft", {{options, "options"}, {model, "model"}})) return status;
     is.status = hnav::check_size(is, *model, "model", "hnav_aircraft_model");
     if (is.status == HNAV_OK) is.status = is.check_options(options, hnav::aircraft_options);
     if (is.status != HNAV_OK) return is.status;
@@ -205,10 +201,7 @@ hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size
 
 hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {
     REQUIRE(aircraft, buffer);
-    const hnav::SavedState saved = saved_state(aircraft);
-    const hnav::LoadOutcome outcome = saved.check(buffer, bytes);
-    if (outcome == hnav::LoadOutcome::ok) std::memcpy(&aircraft->flight.state, saved.numbers(buffer), saved.numbers_bytes);
-    return hnav::load_status(*aircraft, outcome, "aircraft", bytes, saved.bytes());
+    return hnav::load_into(*aircraft, saved_state(aircraft), &aircraft->flight.state, buffer, bytes, "aircraft");
 }
 
 } // extern "C"

@@ -94,6 +94,7 @@ hnav_status EveryAttitude::innovation(int sensor, hnav_innovation* out) const {
 
 using hnav::AttitudeObject;
 using hnav::hand_out;
+using hnav::store;
 using namespace hnav::boundary;
 
 extern "C" {

@@ -6,6 +6,7 @@ using hnav::AttitudeObject;
 using hnav::hand_out;
 using hnav::Quaternion;
 using hnav::ShownAlong;
+using hnav::store;
 using hnav::Vector3;
 using namespace hnav::boundary;
 

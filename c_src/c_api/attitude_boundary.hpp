@@ -1,6 +1,7 @@
 // Shared by the calls of attitude filters: checks of samples, and the outputs of an estimate.
 #pragma once
 
+#include "c_api/arrays.hpp"
 #include "c_api/attitude_object.hpp"
 #include "c_api/readings.hpp"
 #include "hnav/hnav.h"
@@ -17,14 +18,6 @@ constexpr double min_heading_sigma_rad = 1e-7; // the square of a smaller one is
 constexpr double min_speed_sigma_m_s = 1e-3; // no sensor of speed is better
 constexpr double max_speed_m_s = 1e4; // of anything in the air
 constexpr double near_singular_pitch = 85 * M_PI / 180;
-
-inline void store(const Quaternion& q, double* out) {
-    for (int i = 0; i < 4; ++i) out[i] = q[i];
-}
-
-inline void store(const Vector3& v, double* out) {
-    for (int i = 0; i < 3; ++i) out[i] = v[i];
-}
 
 // ------------------------------------------------------------------------------------------------ samples
 

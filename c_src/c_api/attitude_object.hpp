@@ -147,30 +147,22 @@ public:
         out->gamma_used = s.gamma;
         out->gamma_margin = s.gamma_margin;
         out->adapted_bias_walk_rad_s_per_sqrt_s = model().bias_walk(s);
-        out->newest_sample_s = std::isfinite(filter_.newest_s()) ? filter_.newest_s() : nan;
+        diagnose(filter_, out);
         for (int c = 0; c < channel_count; ++c) {
             out->used[c] = s.used[c];
             out->gated[c] = s.gated[c];
         }
-        out->late = filter_.refused.late;
-        out->non_finite = filter_.refused.non_finite;
-        out->zero = filter_.refused.zero;
         out->corrections = s.corrections;
         out->gamma_raised = s.gamma_raised;
         out->covariance_repaired = s.repaired;
-        out->solver_rhs_evals = filter_.propagator().rhs_evals();
-        out->solver_steps = filter_.propagator().steps();
         out->started = s.started != 0;
-        out->waiting = filter_.waiting();
         out->decay_rate_1_s = model().decay_rate(s);
         out->mean_nis = out->gyro_vibration_rad_s = out->accel_vibration_m_s2 = nan;
     }
 
     hnav_sensor_health sensor_health(int channel) const override {
         const SensorCheck<Scalar>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
-        hnav_sensor_health h = hnav::sensor_health(check, filter_.stamps(), channel, filter_.event_now_s());
-        h.since_s = filter_.stamp_of(h.since_s);
-        return h;
+        return hnav::sensor_health(check, filter_, channel);
     }
 
     void health(hnav_health* out) const override {

@@ -9,9 +9,6 @@ using namespace hnav::boundary;
 
 namespace {
 
-// A sample of NaN in all three components, or none.
-bool is_missing(const double* v) { return !v || (std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2])); }
-
 // The samples of a row; null: none.
 struct Samples {
     const double *rate, *force, *field;
@@ -91,19 +88,12 @@ void write_course(const AttitudeObject* f, double before_s, const hnav_run_outpu
         for (const int c : {accel, mag}) out.accepted[2 * i + c - accel] = accepted_after(f, c, before_s);
     if (out.health)
         for (const int c : {gyro, accel, mag}) out.health[3 * i + c] = static_cast<uint8_t>(f->sensor_health(c).state);
-    if (out.ready) {
-        const Estimate e = f->estimate(At::shown);
-        out.ready[2 * i] = e.tilt_ready;
-        out.ready[2 * i + 1] = e.heading_ready;
-    }
 }
 
-const double* row(const double* rows, size_t i) { return rows ? rows + 3 * i : nullptr; }
-
-hnav_status in_row(AttitudeObject* f, hnav_status status, size_t i) {
-    char reason[sizeof f->message];
-    std::memcpy(reason, f->message, sizeof reason);
-    return f->fail(status, "row %zu: %.200s", i, reason);
+template <class AnyEstimate>
+void write_ready(const AnyEstimate& e, const hnav_run_output& out, size_t i) {
+    out.ready[2 * i] = e.tilt_ready;
+    out.ready[2 * i + 1] = e.heading_ready;
 }
 
 hnav_status take_row(AttitudeObject* f, double t_s, const Samples& of) {
@@ -119,7 +109,7 @@ hnav_status take_row(AttitudeObject* f, double t_s, const Samples& of) {
 }
 
 Samples samples_of(const hnav_run_input& in, size_t i) {
-    Samples of{row(in.rate_b_rad_s, i), row(in.force_b_m_s2, i), row(in.field_b_tesla, i), hnav::nan, hnav::nan};
+    Samples of{row(in.rate_b_rad_s, i, 3), row(in.force_b_m_s2, i, 3), row(in.field_b_tesla, i, 3), hnav::nan, hnav::nan};
     if (in.speed_m_s) {
         of.speed = in.speed_m_s[i];
         of.speed_sigma = in.speed_sigma_m_s[i];
@@ -142,7 +132,7 @@ public:
     hnav::Hold hold() const { return filter_->hold; }
 
     bool take(std::size_t i, double t_s, std::size_t rate_row, double rate_sign) {
-        const double* rate = rate_row < n_ ? row(input_.rate_b_rad_s, rate_row) : nullptr;
+        const double* rate = rate_row < n_ ? row(input_.rate_b_rad_s, rate_row, 3) : nullptr;
         double signed_rate[3];
         for (int k = 0; rate && k < 3; ++k) signed_rate[k] = rate_sign * rate[k];
         before_s_ = filter_->newest_time_s();
@@ -177,21 +167,10 @@ public:
             store(sigmas(filter_->frames.variances_to_user<double>(e.rotation_covariance)), output_.sigma_rad + 3 * i);
         if (output_.gyro_bias_rad_s) store(e.bias, output_.gyro_bias_rad_s + 3 * i);
         if (output_.gyro_bias_sigma_rad_s) store(sigmas(e.bias_variance), output_.gyro_bias_sigma_rad_s + 3 * i);
-        if (output_.ready) {
-            output_.ready[2 * i] = e.tilt_ready;
-            output_.ready[2 * i + 1] = e.heading_ready;
-        }
+        if (output_.ready) write_ready(e, output_, i);
     }
 
-    void record(std::size_t i) const {
-        if (output_.accel_nis) output_.accel_nis[i] = nis_after(filter_, accel, before_s_);
-        if (output_.mag_nis) output_.mag_nis[i] = nis_after(filter_, mag, before_s_);
-        if (output_.accepted)
-            for (const int c : {accel, mag}) output_.accepted[2 * i + c - accel] = accepted_after(filter_, c, before_s_);
-        if (output_.health)
-            for (const int c : {gyro, accel, mag})
-                output_.health[3 * i + c] = static_cast<uint8_t>(filter_->sensor_health(c).state);
-    }
+    void record(std::size_t i) const { write_course(filter_, before_s_, output_, i); }
 
 private:
     AttitudeObject* filter_;
@@ -222,7 +201,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
-    const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
+    const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health;
     for (size_t i = 0; i < n; ++i) {
         const double before_s = wants_course ? object->newest_time_s() : 0;
         status = take_row(object, in.t_s[i], samples_of(in, i));
@@ -230,6 +209,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
         if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);
         if (wants_course) write_course(object, before_s, out, i);
+        if (out.ready) write_ready(object->estimate(At::shown), out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;

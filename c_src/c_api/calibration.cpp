@@ -10,7 +10,7 @@
 
 namespace {
 
-using hnav::Refusal;
+using hnav::FitRefusal;
 using hnav::Vector3;
 
 constexpr double deg = M_PI / 180;
@@ -36,58 +36,58 @@ hnav_status check_rows(const hnav::CallersMessage& caller, const char* name, con
 }
 
 // Refusals that need no numbers; null for the others.
-const char* sentence_of(Refusal refusal) {
+const char* sentence_of(FitRefusal refusal) {
     switch (refusal) {
-    case Refusal::no_memory: return "no memory for the samples";
-    case Refusal::constant_field: return "the field never changes: turn the sensor about all axes while recording";
-    case Refusal::planar:
+    case FitRefusal::no_memory: return "no memory for the samples";
+    case FitRefusal::constant_field: return "the field never changes: turn the sensor about all axes while recording";
+    case FitRefusal::planar:
         return "the field stays in a plane, as when the sensor turns about one axis only: turn it about all axes";
-    case Refusal::not_an_ellipsoid:
+    case FitRefusal::not_an_ellipsoid:
         return "the field is no ellipsoid: record again far from iron that does not turn with the sensor";
-    case Refusal::worse:
+    case FitRefusal::worse:
         return "the corrected field would be less constant than the measured one: record again far from iron that does not turn "
                "with the sensor";
     default: return nullptr;
     }
 }
 
-void describe(Refusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
+void describe(FitRefusal refusal, const hnav::MagnetometerCalibration& c, const hnav_magnetometer_options& o, char* text,
               size_t size) {
     switch (refusal) {
-    case Refusal::too_few_samples:
+    case FitRefusal::too_few_samples:
         std::snprintf(text, size, "too few samples: %lld rows have a field, min_samples = %d", static_cast<long long>(c.samples),
                       o.min_samples);
         break;
-    case Refusal::too_little_motion:
+    case FitRefusal::too_little_motion:
         std::snprintf(
             text, size,
             "too little motion: only %lld of %lld rows saw a new attitude, min_samples = %d; turn the sensor about all axes",
             static_cast<long long>(c.used_samples), static_cast<long long>(c.samples), o.min_samples);
         break;
-    case Refusal::ill_conditioned:
+    case FitRefusal::ill_conditioned:
         std::snprintf(
             text, size,
             "several ellipsoids fit (condition %.3g, limit %.3g; ambiguity %.3g, limit %.3g): turn the sensor further about all axes",
             c.condition, o.max_condition, c.ambiguity, o.max_ambiguity);
         break;
-    case Refusal::stretched:
+    case FitRefusal::stretched:
         std::snprintf(
             text, size,
             "the fitted ellipsoid is stretched by %.3g, max_axis_ratio = %.3g: record again far from iron that does not turn with the sensor",
             c.axis_ratio, o.max_axis_ratio);
         break;
-    case Refusal::uncertain:
+    case FitRefusal::uncertain:
         std::snprintf(
             text, size,
             "the corrected direction would be uncertain by %.3g deg, max_direction_sigma_rad allows %.3g deg: turn the sensor further about all axes, slowly, far from iron",
             c.direction_sigma_rad / deg, o.max_direction_sigma_rad / deg);
         break;
-    case Refusal::little_tilt:
+    case FitRefusal::little_tilt:
         std::snprintf(text, size,
                       "gravity stayed within %.0f deg of one direction: turn the sensor about all axes, upside down too",
                       c.tilt_rad / deg);
         break;
-    case Refusal::little_coverage:
+    case FitRefusal::little_coverage:
         std::snprintf(
             text, size,
             "the directions of the field cover too little of the sphere (coverage %.3g, limit %.3g): turn the sensor about all axes",
@@ -178,10 +178,10 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
     if (status != HNAV_OK) return status;
 
     hnav::MagnetometerCalibration c;
-    Refusal refusal;
+    FitRefusal refusal;
     const bool answered = hnav::calibrate_magnetometer(static_cast<hnav::Index>(n), field, force_b_m_s2, o, &c, &refusal);
     char reason[320] = "";
-    if (refusal == Refusal::none) annotate(c, o, reason, sizeof reason);
+    if (refusal == FitRefusal::none) annotate(c, o, reason, sizeof reason);
     else describe(refusal, c, o, reason, sizeof reason);
     if (answered) {
         hnav_magnetometer_calibration result{};
@@ -190,7 +190,7 @@ hnav_status hnav_calibrate_magnetometer(size_t n, const double* field, const dou
         return caller.fail(HNAV_OK, "%s", reason);
     }
     const bool tried_hard_iron = o.allow_hard_iron_only && c.used_samples >= o.min_samples;
-    return caller.fail(refusal == Refusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
+    return caller.fail(refusal == FitRefusal::no_memory ? HNAV_ERROR_OUT_OF_MEMORY : HNAV_ERROR_ILL_CONDITIONED, "%s%s", reason,
                        tried_hard_iron ? "; nor is hard iron alone determined" : "");
 }
 

@@ -21,26 +21,17 @@ Frames frames_of(const Options& o) {
 struct Creation : CallersMessage {
     const OptionList& list;
 
-    // Checks null pointers, the stamp, the range of every field, and quaternions of zero length.
     template <class Options>
     hnav_status check(hnav_filter** filter, const Options* options) const {
-        clear();
-        if (!filter) return fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-        *filter = nullptr;
-        if (!options) return fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-        const hnav_status status = check_options(options, list);
-        if (status != HNAV_OK) return status;
-        if (Quaternion(options->start_q_nb).squaredNorm() < 0.01)
-            return fail(HNAV_ERROR_OPTION, "start_q_nb is no attitude: its length is below 0.1");
-        if (Quaternion(options->q_body_sensor).squaredNorm() < 0.01)
-            return fail(HNAV_ERROR_OPTION, "q_body_sensor is no attitude: its length is below 0.1");
-        return HNAV_OK;
+        return check_creation(*this, filter, options, list);
     }
 
     template <class Model, class Options>
-    hnav_status make(hnav_filter** filter, const Model& model, const Frames& frames, const Options& o) const {
+    hnav_status make(hnav_filter** filter, const Options& o) const {
         if constexpr (small_build) return fail(HNAV_ERROR_UNSUPPORTED, "the small build takes the caller's memory");
         else {
+            const Frames frames = frames_of(o);
+            const Model model(o, frames);
             const auto settings = settings_of<Model>(o);
             if (const hnav_status status = check_memory(*this, model, settings, o.queue_capacity)) return status;
             *filter = AttitudeFilter<Model>::make(model, frames, hold_of(o), settings);
@@ -52,11 +43,12 @@ struct Creation : CallersMessage {
 
     // In memory of the caller with this size.
     template <class Model, class Options>
-    hnav_status make_in(void* memory, std::size_t bytes, hnav_filter** filter, const Model& model, const Frames& frames,
-                        const Options& o) const {
+    hnav_status make_in(void* memory, std::size_t bytes, hnav_filter** filter, const Options& o) const {
         if (!memory) return fail(HNAV_ERROR_NULL_ARGUMENT, "memory is null");
         if (o.solver != HNAV_SOLVER_CLOSED_FORM)
             return fail(HNAV_ERROR_UNSUPPORTED, "the caller's memory supports solver = closed_form only");
+        const Frames frames = frames_of(o);
+        const Model model(o, frames);
         const auto settings = settings_of<Model>(o);
         const std::size_t needed = AttitudeFilter<Model>::bytes(model, settings);
         if (bytes < needed)

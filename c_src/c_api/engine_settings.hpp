@@ -5,10 +5,23 @@
 #include "c_api/message.hpp"
 #include "hnav/options/shared.h"
 #include "hybrid/filter.hpp"
+#include "maths/rotation.hpp"
 
 #include <cmath>
 
 namespace hnav {
+
+// Null pointers, the stamp, the range of every field, and attitudes of zero length.
+template <class Options>
+hnav_status check_creation(const CallersMessage& caller, hnav_filter** filter, const Options* options, const OptionList& list) {
+    hnav_status status = caller.begin(filter, "filter", {{options, "options"}});
+    if (status == HNAV_OK) status = caller.check_options(options, list);
+    if (status != HNAV_OK) return status;
+    for (const Argument& q : {Argument{options->start_q_nb, "start_q_nb"}, Argument{options->q_body_sensor, "q_body_sensor"}})
+        if (Quaternion(static_cast<const double*>(q.pointer)).squaredNorm() < 0.01)
+            return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length is below 0.1", q.name);
+    return HNAV_OK;
+}
 
 template <class Model, class Options>
 typename Filter<Model>::Settings engine_settings(const Options& o, const OptionList& list) {

@@ -19,10 +19,24 @@ inline hnav_sensor_health sensor_without_samples() {
     return h;
 }
 
-// check: null for a sensor without checks. now_s and all times: the filter's.
-template <class Check, class Stamps>
-hnav_sensor_health sensor_health(const Check* check, const Stamps& stamps, int channel, double now_s) {
+// What the engine has counted.
+template <class Filter>
+void diagnose(const Filter& filter, hnav_diagnostics* out) {
+    out->newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : std::numeric_limits<double>::quiet_NaN();
+    out->late = filter.refused.late;
+    out->non_finite = filter.refused.non_finite;
+    out->zero = filter.refused.zero;
+    out->solver_rhs_evals = filter.propagator().rhs_evals();
+    out->solver_steps = filter.propagator().steps();
+    out->waiting = filter.waiting();
+}
+
+// check: null for a sensor without checks.
+template <class Check, class Filter>
+hnav_sensor_health sensor_health(const Check* check, const Filter& filter, int channel) {
     constexpr double missing_intervals = 10;
+    const auto& stamps = filter.stamps();
+    const double now_s = filter.event_now_s();
     hnav_sensor_health h{};
     h.late = stamps.late(channel);
     h.left_out = stamps.left_out(channel) + (check ? check->left_out : 0);
@@ -45,6 +59,7 @@ hnav_sensor_health sensor_health(const Check* check, const Stamps& stamps, int c
     const double last_s = stamps.last_s(channel) + stamps.offset_s();
     if (std::isinf(last_s)) is(HNAV_SENSOR_STATE_MISSING, std::numeric_limits<double>::quiet_NaN());
     else if (now_s - last_s > shown_s + missing_intervals * stamps.interval_s(channel)) is(HNAV_SENSOR_STATE_MISSING, last_s);
+    h.since_s = filter.stamp_of(h.since_s);
     return h;
 }
 

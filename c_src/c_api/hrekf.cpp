@@ -33,9 +33,7 @@ hnav_hrekf_options hnav_hrekf_defaults(hnav_preset preset) {
 hnav_status hnav_hrekf_create(hnav_filter** filter, const hnav_hrekf_options* options, char* message, size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::hrekf_options};
     const hnav_status status = check(creation, filter, options);
-    if (status != HNAV_OK) return status;
-    const hnav::Frames frames = hnav::frames_of(*options);
-    return creation.make(filter, HrekfModel(*options, frames), frames, *options);
+    return status == HNAV_OK ? creation.make<HrekfModel>(filter, *options) : status;
 }
 
 size_t hnav_hrekf_memory_bytes(const hnav_hrekf_options* options) {
@@ -46,9 +44,7 @@ hnav_status hnav_hrekf_create_in(void* memory, size_t bytes, hnav_filter** filte
                                  char* message, size_t message_size) {
     const hnav::Creation creation{{message, message_size}, hnav::hrekf_options};
     const hnav_status status = check(creation, filter, options);
-    if (status != HNAV_OK) return status;
-    const hnav::Frames frames = hnav::frames_of(*options);
-    return creation.make_in(memory, bytes, filter, HrekfModel(*options, frames), frames, *options);
+    return status == HNAV_OK ? creation.make_in<HrekfModel>(memory, bytes, filter, *options) : status;
 }
 
 } // extern "C"

@@ -74,10 +74,7 @@ extern "C" {
 hnav_status hnav_imu_mag_sensor_create(hnav_imu_mag_sensor** sensor, const hnav_imu_mag_sensor_options* options, double start_s,
                                        char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!sensor) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "sensor is null");
-    *sensor = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (const hnav_status status = caller.begin(sensor, "sensor", {{options, "options"}})) return status;
     hnav_status status = caller.check_options(options, hnav::imu_mag_sensor_options);
     if (status == HNAV_OK) status = check_time(caller, "gyro", options->gyro);
     if (status == HNAV_OK) status = check_time(caller, "accel", options->accel);

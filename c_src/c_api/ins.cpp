@@ -151,15 +151,7 @@ hnav_ins_options hnav_ins_defaults(hnav_ins_preset preset) {
 
 hnav_status hnav_ins_create(hnav_filter** object, const hnav_ins_options* options, char* message, size_t message_size) {
     const CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!object) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-    *object = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (const hnav_status status = caller.check_options(options, ins_options)) return status;
-    for (const double* q : {options->start_q_nb, options->q_body_sensor})
-        if (Quaternion(q).norm() < 0.1)
-            return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length is below 0.1",
-                               q == options->start_q_nb ? "start_q_nb" : "q_body_sensor");
+    if (const hnav_status status = check_creation(caller, object, options, ins_options)) return status;
     const ins::Model model(*options);
     const auto settings = engine_settings<ins::Model>(*options, ins_options);
     if (const hnav_status status = check_memory(caller, model, settings, options->queue_capacity)) return status;

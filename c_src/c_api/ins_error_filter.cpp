@@ -2,6 +2,7 @@
 #include "hnav/hnav.h"
 
 #include "base/memory.hpp"
+#include "c_api/arrays.hpp"
 #include "c_api/sized.hpp"
 #include "ins_error/ins_error_filter.hpp"
 #include "options/lists.hpp"
@@ -21,47 +22,11 @@ struct hnav_ins_error_filter : hnav::KeptMessage<320> {
 
 namespace {
 
-// The enumerations equal those of the API.
-static_assert(int(hnav::Form::mdkf) == HNAV_INS_ERROR_MDKF && int(hnav::Form::plain) == HNAV_INS_ERROR_PLAIN);
-static_assert(int(hnav::Scaling::none) == HNAV_NOISE_SCALING_NONE && int(hnav::Scaling::joint) == HNAV_NOISE_SCALING_JOINT);
+using hnav::copy;
+using hnav::row;
 
 hnav::ModelData data_of(const hnav_ins_error_model& m) {
     return {m.nx, m.nu, m.nz, m.nw, m.nl, m.interval_s, m.A, m.B, m.G, m.H, m.An, m.Bn, m.Qw, m.Qv, m.QU, m.Lambda0, m.x0, m.P0};
-}
-
-hnav::InsErrorSettings settings_of(const hnav_ins_error_options& o) {
-    hnav::InsErrorSettings s;
-    s.form = static_cast<hnav::Form>(o.form);
-    s.noise.mode = static_cast<hnav::Scaling>(o.noise_scaling);
-    s.noise.window = o.window;
-    s.noise.gate_alpha = o.gate_alpha;
-    s.noise.levels = o.hmm_levels;
-    s.noise.level_ratio = o.hmm_level_ratio;
-    s.noise.fault_probability = o.hmm_fault_probability;
-    s.noise.recovery_probability = o.hmm_recovery_probability;
-    s.noise.drift_probability = o.hmm_drift_probability;
-    s.joint.levels = o.hmm_levels;
-    s.joint.level_ratio = o.hmm_level_ratio;
-    s.joint.fault_probability = o.joint_fault_probability;
-    s.joint.recovery_probability = o.joint_recovery_probability;
-    s.joint.outlier_probability = o.joint_outlier_probability;
-    s.joint.bias_probability = o.joint_bias_probability;
-    s.joint.bias_sigma = o.joint_bias_sigma;
-    s.joint.process_probability = o.joint_process_probability;
-    s.joint.process_recovery = o.joint_process_recovery_probability;
-    s.joint.common_probability = o.joint_common_probability;
-    s.lag = o.lag != 0;
-    s.joseph = o.joseph != 0;
-    return s;
-}
-
-hnav_status status_of(const Refusal& why) {
-    switch (why.kind) {
-    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
-    case Refusal::size: return HNAV_ERROR_SIZE;
-    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
-    default: return HNAV_ERROR_OPTION;
-    }
 }
 
 hnav::SavedState saved_state(const hnav_ins_error_filter* f) {
@@ -93,12 +58,6 @@ void copy(const Source& from, double* to) {
         for (int j = 0; j < from.cols(); ++j) *to++ = from(i, j);
 }
 
-void copy(const double* from, int count, double* to) {
-    if (to) std::copy(from, from + count, to);
-}
-
-double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
-
 void write_row(const InsErrorFilter& f, const hnav_ins_error_run_output& out, std::size_t i) {
     const int nx = f.model.nx, nz = f.model.nz;
     f.estimate(row(out.x, i, nx), row(out.sigma, i, nx));
@@ -120,24 +79,19 @@ extern "C" {
 hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const hnav_ins_error_options* options,
                                          const hnav_ins_error_model* model, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-    *filter = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (!model) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "model is null");
+    if (const hnav_status status = caller.begin(filter, "filter", {{options, "options"}, {model, "model"}})) return status;
     hnav_status status = hnav::check_size(caller, *model, "model", "hnav_ins_error_model");
     if (status == HNAV_OK) status = caller.check_options(options, hnav::ins_error_options);
     if (status != HNAV_OK) return status;
 
     const hnav::ModelData data = data_of(hnav::take_in(*model));
-    const hnav::InsErrorSettings settings = settings_of(*options);
     Refusal why;
-    if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(settings, data, why))
-        return caller.fail(status_of(why), "%s", why.text);
+    if (!InsErrorFilter::Model::sizes_fit(data, why) || !InsErrorFilter::scaling_has_meaning(*options, data, why))
+        return caller.refuse(why);
 
     // First constructed without memory, to count the bytes.
     hnav::MatrixArena state_size, work_size;
-    InsErrorFilter(state_size, work_size, nullptr, data, settings);
+    InsErrorFilter(state_size, work_size, nullptr, data, *options);
     const std::size_t head = (sizeof(hnav_ins_error_filter) + 7) / 8 * 8;
     const std::size_t state_bytes = state_size.used(), row_bytes = data.nz * sizeof(double);
     void* memory = hnav::take_block(head + 2 * state_bytes + row_bytes + work_size.used());
@@ -147,12 +101,12 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
     auto* self = new (memory) hnav_ins_error_filter;
     char* block = static_cast<char*>(memory) + head;
     hnav::MatrixArena state(block), work(block + 2 * state_bytes + row_bytes);
-    self->filter.emplace(state, work, block + state_bytes, data, settings);
+    self->filter.emplace(state, work, block + state_bytes, data, *options);
     self->z = reinterpret_cast<double*>(block + 2 * state_bytes);
 
     if (!self->filter->model.assign(data, why)) {
         hnav_ins_error_filter_destroy(self);
-        return caller.fail(status_of(why), "%s", why.text);
+        return caller.refuse(why);
     }
     self->filter->create();
     self->fingerprint = self->filter->model.fingerprint(hnav::fingerprint(hnav::ins_error_options, options));
@@ -186,8 +140,8 @@ hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter* filter, c
     REQUIRE_STRUCT(filter, model, hnav_ins_error_model);
     Refusal why;
     const hnav::ModelData data = data_of(hnav::take_in(*model));
-    if (!InsErrorFilter::scaling_has_meaning(filter->filter->settings(), data, why) || !filter->filter->model.assign(data, why))
-        return filter->fail(status_of(why), "%s", why.text);
+    if (!InsErrorFilter::scaling_has_meaning(filter->filter->options(), data, why) || !filter->filter->model.assign(data, why))
+        return filter->fail(hnav::status_of(why), "%s", why.text);
     filter->filter->prepare();
     return HNAV_OK;
 }
@@ -289,10 +243,7 @@ hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void
 
 hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    const hnav::SavedState saved = saved_state(filter);
-    const hnav::LoadOutcome outcome = saved.check(buffer, bytes);
-    if (outcome == hnav::LoadOutcome::ok) std::memcpy(filter->filter->state(), saved.numbers(buffer), saved.numbers_bytes);
-    return hnav::load_status(*filter, outcome, "filter", bytes, saved.bytes());
+    return hnav::load_into(*filter, saved_state(filter), filter->filter->state(), buffer, bytes, "filter");
 }
 
 } // extern "C"

@@ -1,6 +1,7 @@
 // The INS behind hnav_filter, and what its calls share.
 #pragma once
 
+#include "c_api/arrays.hpp"
 #include "c_api/filter_object.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/hnav.h"
@@ -68,8 +69,7 @@ hnav_status sample_of(InsObject* object, double t_s, int channel, const double* 
 // The answer for a state propagated beyond its last event to now_s.
 hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
 
-// Shared by recordings: missing rows of rate and force, checks of the arrays, a row of output.
-bool is_missing(const double* v);
+// Shared by recordings: checks of the arrays, a row of output.
 hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
 void store(const ins::Protection& from, hnav_navigation* to);
 void write_row(const hnav_navigation& navigation, const hnav_ins_run_output& out, std::size_t i);

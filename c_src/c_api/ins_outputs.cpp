@@ -13,16 +13,12 @@ hnav_status not_started(const InsObject* f) {
     return f->fail(HNAV_ERROR_NOT_STARTED, "no tilt yet: the start waits for samples and a fix");
 }
 
-void store(const Vector3& v, double* out) {
-    for (int i = 0; i < 3; ++i) out[i] = v[i];
-}
-
 void fill_motion(const ins::Motion& n, hnav_navigation* out) {
     out->latitude_rad = n.place.latitude_rad;
     out->longitude_rad = n.place.longitude_rad;
     out->height_m = n.place.height_m;
     store(n.velocity_n, out->velocity_n_m_s);
-    for (int i = 0; i < 4; ++i) out->q_nb[i] = n.q_nb[i];
+    store(n.q_nb, out->q_nb);
     store(roll_pitch_yaw(n.q_nb), out->euler_rad);
     store(n.position_e, out->position_e_m);
     store(n.velocity_e, out->velocity_e_m_s);
@@ -45,22 +41,12 @@ void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
     out->heading_second_rad = n.circle.second_rad;
     out->heading_second_share = n.circle.second_share;
     out->latency_s = s.latency;
-    ins_boundary::store(n.protection, out);
+    store(n.protection, out);
     out->sigma_latency_s = std::sqrt(std::fmax(0, s.P[ins::packed(ins::row_latency, ins::row_latency)]));
     out->tilt_ready = n.tilt_ready;
     out->heading_ready = n.heading_ready;
     out->velocity_ready = n.velocity_ready;
     out->position_ready = n.position_ready;
-}
-
-// A row of the output, of `width` numbers; null: not requested.
-template <class Number>
-Number* row(Number* rows, std::size_t i, std::size_t width) {
-    return rows ? rows + i * width : nullptr;
-}
-
-void copy(const double* from, int count, double* to) {
-    if (to) std::copy(from, from + count, to);
 }
 
 // Samples that push refuses for their value or age are counted, and the recording continues without them, as a stream does.
@@ -108,8 +94,6 @@ void store(const ins::Protection& from, hnav_navigation* to) {
     to->protection_m[1] = from.vertical_m;
     to->protection_heading_rad = from.heading_rad;
 }
-
-bool is_missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
 
 hnav_status check_arrays(InsObject* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
     REQUIRE_STRUCT(f, input, hnav_ins_run_input);
@@ -231,7 +215,7 @@ hnav_status InsObject::innovation(int sensor, hnav_innovation* out) const {
 
 void InsObject::diagnostics(hnav_diagnostics* out) const {
     const ins::State& s = filter.newest();
-    out->newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : ins::nan;
+    diagnose(filter, out);
     out->mean_nis = s.nis_mean;
     out->gyro_vibration_rad_s = std::sqrt(s.held.vibration_rate2);
     out->accel_vibration_m_s2 = std::sqrt(s.held.vibration_force2);
@@ -239,14 +223,8 @@ void InsObject::diagnostics(hnav_diagnostics* out) const {
         out->used[sensor] = s.used[channel_of(sensor)];
         out->gated[sensor] = s.inflated[channel_of(sensor)];
     }
-    out->late = filter.refused.late;
-    out->non_finite = filter.refused.non_finite;
-    out->zero = filter.refused.zero;
     out->corrections = s.corrections;
-    out->solver_rhs_evals = filter.propagator().rhs_evals();
-    out->solver_steps = filter.propagator().steps();
     out->started = s.started();
-    out->waiting = filter.waiting();
 }
 
 void InsObject::health(hnav_health* out) const {
@@ -254,8 +232,7 @@ void InsObject::health(hnav_health* out) const {
     const SensorCheck<double>* const checks[] = {&s.check[checked_gyro], &s.check[checked_accel], &s.check[checked_mag]};
     for (int sensor = 0; sensor < HNAV_SENSOR_COUNT; ++sensor) {
         const SensorCheck<double>* check = sensor < HNAV_SENSOR_HEADING ? checks[sensor] : nullptr;
-        out->sensor[sensor] = sensor_health(check, filter.stamps(), channel_of(sensor), filter.event_now_s());
-        out->sensor[sensor].since_s = filter.stamp_of(out->sensor[sensor].since_s);
+        out->sensor[sensor] = sensor_health(check, filter, channel_of(sensor));
     }
     out->times_lost = s.times_lost;
     out->clock_jumps = filter.stamps().jumps();
@@ -300,11 +277,7 @@ hnav_status hnav_ins_run(hnav_filter* filter, size_t n, const hnav_ins_run_input
     const std::size_t every = out.every > 0 ? out.every : 1;
     std::size_t aid = 0, written = 0;
     for (std::size_t i = 0; i < n; ++i) {
-        if (const hnav_status status = take_row(object, in, i, &aid)) {
-            char reason[sizeof object->message];
-            std::memcpy(reason, object->message, sizeof reason);
-            return object->fail(status, "row %zu: %.280s", i, reason);
-        }
+        if (const hnav_status status = take_row(object, in, i, &aid)) return in_row(object, status, i);
         if ((i + 1) % every == 0) write_row(object->navigation(), out, written++);
         if (rows_done) *rows_done = i + 1;
     }

@@ -82,10 +82,7 @@ hnav_status Arrays::check_times() const {
         hnav_status status = check_time(object_, in_.t_s[i]);
         if (status == HNAV_OK && i > 0 && in_.t_s[i] < in_.t_s[i - 1])
             status = object_->fail(HNAV_ERROR_TIME_BACKWARDS, "t_s = %.9g s is before that of the row before it", in_.t_s[i]);
-        if (status == HNAV_OK) continue;
-        char reason[sizeof object_->message];
-        std::memcpy(reason, object_->message, sizeof reason);
-        return object_->fail(status, "row %zu: %.280s", i, reason);
+        if (status != HNAV_OK) return in_row(object_, status, i);
     }
     return HNAV_OK;
 }
@@ -100,17 +97,15 @@ void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
     n.latitude_rad = from.place.latitude_rad;
     n.longitude_rad = from.place.longitude_rad;
     n.height_m = from.place.height_m;
-    for (int k = 0; k < 3; ++k) {
-        n.velocity_n_m_s[k] = from.velocity_n[k];
-        n.sigma_position_m[k] = from.sigma_position[k];
-        n.sigma_velocity_m_s[k] = from.sigma_velocity[k];
-        n.sigma_rotation_rad[k] = from.sigma_rotation[k];
-        n.gyro_bias_rad_s[k] = smoothed.gyro_bias[k];
-        n.accel_bias_m_s2[k] = smoothed.accel_bias[k];
-    }
+    store(from.velocity_n, n.velocity_n_m_s);
+    store(from.q_nb, n.q_nb);
+    store(from.sigma_position, n.sigma_position_m);
+    store(from.sigma_velocity, n.sigma_velocity_m_s);
+    store(from.sigma_rotation, n.sigma_rotation_rad);
+    store(smoothed.gyro_bias, n.gyro_bias_rad_s);
+    store(smoothed.accel_bias, n.accel_bias_m_s2);
     constexpr double none[2] = {0, 0};
     store(ins::protection_of(from.sigma_position, from.sigma_rotation[2], 1, none), &n);
-    for (int k = 0; k < 4; ++k) n.q_nb[k] = from.q_nb[k];
     n.phase = HNAV_INS_PHASE_NAVIGATING;
     n.tilt_ready = from.tilt_ready;
     n.heading_ready = from.heading_ready;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/option_list.hpp"
+#include "base/refusal.hpp"
 #include "base/saved_state.hpp"
 #include "base/small.hpp"
 
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <initializer_list>
 #include <type_traits>
 
 // For a function with an object that has a KeptMessage, and a pointer.
@@ -48,6 +50,22 @@ struct KeptMessage {
     }
 };
 
+inline hnav_status status_of(const Refusal& why) {
+    switch (why.kind) {
+    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
+    case Refusal::size: return HNAV_ERROR_SIZE;
+    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
+    case Refusal::plant: return HNAV_ERROR_SOLVER;
+    default: return HNAV_ERROR_OPTION;
+    }
+}
+
+// A pointer of the caller, by its name.
+struct Argument {
+    const void* pointer;
+    const char* name;
+};
+
 // The message of a create call, in the caller's buffer, which may be null.
 struct CallersMessage {
     char* message;
@@ -68,6 +86,19 @@ struct CallersMessage {
         }
         return status;
     }
+
+    // The beginning of a create call: there is no object yet. Refuses null pointers.
+    template <class Handle>
+    hnav_status begin(Handle** object, const char* name, std::initializer_list<Argument> given) const {
+        clear();
+        if (!object) return fail(HNAV_ERROR_NULL_ARGUMENT, "%s is null", name);
+        *object = nullptr;
+        for (const Argument& one : given)
+            if (!one.pointer) return fail(HNAV_ERROR_NULL_ARGUMENT, "%s is null", one.name);
+        return HNAV_OK;
+    }
+
+    hnav_status refuse(const Refusal& why) const { return fail(status_of(why), "%s", why.text); }
 
     // The stamp of the options and the range of every field.
     hnav_status check_options(const void* options, const OptionList& list) const {
@@ -155,7 +186,16 @@ hnav_status load_status(const Object& object, LoadOutcome outcome, const char* w
     }
 }
 
-// Loads an object whose state is one row of numbers. assign: accepts them, or returns false for an invalid state.
+// Loads an object whose state is one row of numbers, of which every one is valid.
+template <class Object>
+hnav_status load_into(const Object& object, const SavedState& saved, void* numbers, const void* buffer, std::size_t bytes,
+                      const char* what) {
+    const LoadOutcome outcome = saved.check(buffer, bytes);
+    if (outcome == LoadOutcome::ok) std::memcpy(numbers, saved.numbers(buffer), saved.numbers_bytes);
+    return load_status(object, outcome, what, bytes, saved.bytes());
+}
+
+// The same of numbers that may be invalid. assign: accepts them, or returns false.
 template <class State, class Object, class Assign>
 hnav_status load_numbers(const Object& object, const SavedState& saved, const void* buffer, std::size_t bytes, const char* what,
                          Assign assign) {

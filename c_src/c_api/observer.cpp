@@ -14,17 +14,12 @@
 #include <initializer_list>
 
 using hnav::ObserverObject;
+using hnav::Refusal;
 using hnav::observer::Answer;
 using hnav::observer::Function;
 using hnav::observer::Problem;
-using hnav::observer::Refusal;
 
 namespace {
-
-hnav::observer::Statistics statistics_of(const hnav_observer_statistics& k) {
-    return {k.start,       k.start_sigma,  k.noise,    k.nominal, k.ready_sigma, k.time_constant_s,
-            k.input_start, k.sensor_sigma, k.gate_nis, k.min,     k.max,         k.logarithmic};
-}
 
 // A given start time is a sample on its own channel.
 void push_start(ObserverObject* o) {
@@ -62,12 +57,12 @@ hnav_status prove(ObserverObject* o, double start_s, const hnav::CallersMessage&
     if (!work) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for the proof of the derivatives");
     const bool answers = hnav::observer::prove(*o->plant, *o->problem, o->work->linearisation, start_s, work, &o->proof, why);
     hnav::release_block(work);
-    if (!answers) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!answers) return caller.refuse(why);
     if (!o->proof.memoryless)
         return caller.fail(HNAV_ERROR_UNSUPPORTED,
                            "the plant remembers what it was asked: its derivatives at the start changed after twenty others; "
                            "they must depend on time, states, inputs and parameters alone");
-    if (!o->plant->go_to_start(why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->plant->go_to_start(why)) return caller.refuse(why);
     if (o->plant->remember(o->work->first_memory) != Answer::ok)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant cannot return its discrete state at the start%s%s", o->colon(),
                            o->plant->said());
@@ -98,15 +93,9 @@ hnav_status check_memory(const ObserverObject& o, const hnav::observer::Model& m
 
 hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller) {
     const hnav_observer_options& options = o->options;
-    hnav::observer::ModelSettings settings;
-    settings.start_at_first_sample = options.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE;
-    settings.rtol = options.rtol;
-    settings.covariance_rtol = options.covariance_rtol;
-    settings.robust_rate_1_s = options.robust_rate_1_s;
-    settings.outlier_sigma = options.outlier_sigma;
-    settings.time_jump_limit_s = options.time_jump_limit_s;
-    settings.sigma_points = options.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS || o->plant->sizes.steps;
-    if (settings.sigma_points && o->plant->sizes.events)
+    o->trouble = {};
+    const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, options);
+    if (model.by_points() && o->plant->sizes.events)
         return caller.fail(HNAV_ERROR_OPTION,
                            "propagation = sigma_points is for plants without events, and this one has some: take "
                            "derivatives");
@@ -119,8 +108,6 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
     // The base of the chain and a given start time take one place each.
     e.queue_capacity = options.queue_capacity + 2;
     e.fingerprint = o->problem->fingerprint(o->fingerprint);
-    o->trouble = {};
-    const hnav::observer::Model model(*o->plant, *o->problem, *o->work, o->stiff, o->trouble, settings);
     if (const hnav_status status = check_memory(*o, model, e, caller)) return status;
     const bool made = o->filter.create(model, e);
     if (made && (!model.may_be_stiff() || model.make_stiff_solver(options.max_steps))) return HNAV_OK;
@@ -135,7 +122,7 @@ hnav_status complete(ObserverObject* o, const hnav::observer::Statistics& known,
     if (fixed > hnav::max_filter_bytes) return too_large(o->plant->sizes, o->options.queue_capacity, fixed, "", caller);
     if (!take_memory(o)) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
     Refusal why;
-    if (!o->problem->assign(known, why)) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!o->problem->assign(known, why)) return caller.refuse(why);
     if (o->problem->bounded) {
         auto* bounded = hnav::observer::BoundedPlant::create(o->plant, *o->problem);
         if (!bounded) return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer");
@@ -179,16 +166,6 @@ const char* missing_for_events(const hnav_plant& p) {
 } // namespace
 
 namespace hnav {
-
-hnav_status status_of(const Refusal& why) {
-    switch (why.kind) {
-    case Refusal::null: return HNAV_ERROR_NULL_ARGUMENT;
-    case Refusal::size: return HNAV_ERROR_SIZE;
-    case Refusal::non_finite: return HNAV_ERROR_NON_FINITE;
-    case Refusal::plant: return HNAV_ERROR_SOLVER;
-    default: return HNAV_ERROR_OPTION;
-    }
-}
 
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor) {
     const auto* o = static_cast<const ObserverObject*>(context);
@@ -287,12 +264,8 @@ extern "C" {
 hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_options* options, const hnav_plant* plant,
                                  const hnav_observer_statistics* known, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-    *filter = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (!plant) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "plant is null");
-    if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
+    if (const hnav_status status = caller.begin(filter, "filter", {{options, "options"}, {plant, "plant"}, {known, "known"}}))
+        return status;
     hnav_status status = hnav::check_size(caller, *plant, "plant", "hnav_plant");
     if (status == HNAV_OK) status = hnav::check_size(caller, *known, "known", "hnav_observer_statistics");
     if (status == HNAV_OK) status = caller.check_options(options, hnav::observer_options);
@@ -307,10 +280,10 @@ hnav_status hnav_observer_create(hnav_filter** filter, const hnav_observer_optio
     Refusal why;
     if (!Problem::sizes_fit(made->sizes, why)) {
         made->destroy();
-        return caller.fail(hnav::status_of(why), "%s", why.text);
+        return caller.refuse(why);
     }
-    return hnav::make_observer(filter, *options, made, statistics_of(hnav::take_in(*known)),
-                               hnav::fingerprint(hnav::observer_options, options), caller);
+    return hnav::make_observer(filter, *options, made, hnav::take_in(*known), hnav::fingerprint(hnav::observer_options, options),
+                               caller);
 }
 
 hnav_status hnav_observer_push_input(hnav_filter* filter, int32_t input, double t_s, double value) {

@@ -132,6 +132,4 @@ hnav_status make_beside(const ObserverObject& of, ObserverObject* twin, const Ca
 // All holders of discrete states of the plant: every part of every state, and the workspace of the model. context: an observer.
 void each_holder(const void* context, void (*seen)(void*, const double*), void* visitor);
 
-hnav_status status_of(const observer::Refusal& why);
-
 } // namespace hnav

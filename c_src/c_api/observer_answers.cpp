@@ -51,14 +51,9 @@ hnav_status ObserverObject::covariance(double* P) const {
 
 void ObserverObject::diagnostics(hnav_diagnostics* out) const {
     out->gamma_used = out->gamma_margin = out->mean_nis = out->gyro_vibration_rad_s = out->accel_vibration_m_s2 = std::nan("");
-    out->newest_sample_s = std::isfinite(filter.newest_s()) ? filter.newest_s() : std::nan("");
-    out->late = filter.refused.late;
-    out->non_finite = filter.refused.non_finite;
+    diagnose(filter, out);
     out->corrections = static_cast<std::uint64_t>(number(layout().corrections));
-    out->solver_rhs_evals = filter.propagator().rhs_evals();
-    out->solver_steps = filter.propagator().steps();
     out->started = number(layout().begun) != 0;
-    out->waiting = filter.waiting();
 }
 
 void ObserverObject::health(hnav_health* out) const {

@@ -46,12 +46,11 @@ std::uint64_t fingerprint_of(const hnav::observer::Plan& plan, std::uint64_t sta
 
 hnav_status open(hnav_filter** filter, const hnav_observer_options& options, const char* folder,
                  const hnav_observer_statistics& known, hnav::observer::Plan& plan, const hnav::CallersMessage& caller) {
-    hnav::observer::Refusal why;
-    if (!plan.read(folder, why) || !hnav::observer::Problem::sizes_fit(plan.sizes, why))
-        return caller.fail(hnav::status_of(why), "%s", why.text);
+    hnav::Refusal why;
+    if (!plan.read(folder, why) || !hnav::observer::Problem::sizes_fit(plan.sizes, why)) return caller.refuse(why);
     replace(plan, known);
     auto* plant = hnav::observer::open_beside_others(folder, plan, options.start_time_s, why);
-    if (!plant) return caller.fail(hnav::status_of(why), "%s", why.text);
+    if (!plant) return caller.refuse(why);
     const std::uint64_t fingerprint = fingerprint_of(plan, hnav::fingerprint(hnav::observer_options, &options));
     return hnav::make_observer(filter, options, plant, plan.statistics(), fingerprint, caller);
 }
@@ -78,12 +77,8 @@ hnav_status hnav_observer_open(hnav_filter** filter, const hnav_observer_options
 hnav_status hnav_observer_open_known(hnav_filter** filter, const hnav_observer_options* options, const char* folder,
                                      const hnav_observer_statistics* known, char* message, size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!filter) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "filter is null");
-    *filter = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
-    if (!folder) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "folder is null");
-    if (!known) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "known is null");
+    if (const hnav_status status = caller.begin(filter, "filter", {{options, "options"}, {folder, "folder"}, {known, "known"}}))
+        return status;
     if (const hnav_status status = hnav::check_size(caller, *known, "known", "hnav_observer_statistics")) return status;
     if (const hnav_status status = caller.check_options(options, hnav::observer_options)) return status;
     auto* plan = hnav::make_object<hnav::observer::Plan>();

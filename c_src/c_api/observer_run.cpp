@@ -1,4 +1,5 @@
 // The C boundary of the observer: arrays, and their smoother.
+#include "c_api/arrays.hpp"
 #include "c_api/observer.hpp"
 #include "c_api/sized.hpp"
 #include "observer/smoother.hpp"
@@ -8,6 +9,7 @@
 #include <cstring>
 
 using hnav::ObserverObject;
+using hnav::row;
 using hnav::observer::Layout;
 using hnav::observer::Smoother;
 
@@ -15,8 +17,6 @@ namespace {
 
 using Inputs = hnav_observer_run_input;
 using Outputs = hnav_observer_run_output;
-
-double* row(double* rows, std::size_t i, int width) { return rows ? rows + i * width : nullptr; }
 
 // Bits of hnav_observer_run_output.failed.
 constexpr unsigned was_dropped = 1, was_held = 2;

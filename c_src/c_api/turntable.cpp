@@ -35,10 +35,7 @@ extern "C" {
 hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_options* options, char* message,
                                   size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
-    caller.clear();
-    if (!table) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "table is null");
-    *table = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (const hnav_status status = caller.begin(table, "table", {{options, "options"}})) return status;
     const hnav_status status = caller.check_options(options, hnav::turntable_options);
     if (status != HNAV_OK) return status;
     const hnav::TurntableMotion motion = hnav::turntable_of(*options);

@@ -62,10 +62,7 @@ void store(const Vehicle::Seen& seen, hnav_vehicle_truth* truth) {
 
 hnav_status make_vehicle(const hnav::CallersMessage& caller, hnav_vehicle** vehicle, const hnav_vehicle_options* options,
                          double start_s) {
-    caller.clear();
-    if (!vehicle) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "vehicle is null");
-    *vehicle = nullptr;
-    if (!options) return caller.fail(HNAV_ERROR_NULL_ARGUMENT, "options is null");
+    if (const hnav_status status = caller.begin(vehicle, "vehicle", {{options, "options"}})) return status;
     if (const hnav_status status = caller.check_options(options, hnav::vehicle_options)) return status;
     if (!std::isfinite(start_s)) return caller.fail(HNAV_ERROR_NON_FINITE, "start_s = %g is not finite", start_s);
     *vehicle = hnav::make_object<hnav_vehicle>(*options, start_s);

@@ -147,20 +147,20 @@ void turn_by_gravity(const hnav_magnetometer_options& options, double loss_sigma
 }
 
 // The ellipsoid through the samples, refined, and turned by gravity if that is observable.
-Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Correction* correction,
-                        MagnetometerCalibration* c) {
+FitRefusal find_correction(const hnav_magnetometer_options& options, Samples& s, Correction* correction,
+                           MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values weight = s.weight(), residual = s.residual(), scratch = s.scratch(), angle = s.angle();
     const double loss_sigma = options.robust ? options.outlier_sigma : 0;
-    if (is_flat(z)) return Refusal::planar;
+    if (is_flat(z)) return FitRefusal::planar;
 
     Ellipsoid ellipsoid{};
     const bool fits = fit_ellipsoid(z, loss_sigma, weight, residual, scratch, &ellipsoid);
     c->condition = ellipsoid.condition;
     c->ambiguity = ellipsoid.ambiguity;
-    if (c->condition > options.max_condition || c->ambiguity > options.max_ambiguity) return Refusal::ill_conditioned;
-    if (!fits) return Refusal::not_an_ellipsoid;
+    if (c->condition > options.max_condition || c->ambiguity > options.max_ambiguity) return FitRefusal::ill_conditioned;
+    if (!fits) return FitRefusal::not_an_ellipsoid;
     for (Index i = 0; i < s.count; ++i) u.col(i) = ellipsoid.root * (z.col(i) - ellipsoid.centre);
 
     *correction = {ellipsoid.root, ellipsoid.centre, 0};
@@ -171,44 +171,44 @@ Refusal find_correction(const hnav_magnetometer_options& options, Samples& s, Co
     c->rotation = enough ? Rotation::uncertain : Rotation::no_gravity;
     c->shape_sigma_rad = c->direction_sigma_rad = refined_error(loss_sigma, Unknowns::no_rotation, s, correction);
     if (!(correction->M.allFinite() && correction->o.allFinite() && correction->M.determinant() > 0))
-        return Refusal::not_an_ellipsoid;
+        return FitRefusal::not_an_ellipsoid;
     if (aligned) turn_by_gravity(options, loss_sigma, ellipsoid, alignment, s, correction, c);
-    return Refusal::none;
+    return FitRefusal::none;
 }
 
 // Whether the correction is accepted: its shape, its uncertainty, and the corrected samples.
-Refusal judge_correction(const hnav_magnetometer_options& options, const Vector3& middle_z, const Correction& correction,
-                         Samples& s, MagnetometerCalibration* c) {
+FitRefusal judge_correction(const hnav_magnetometer_options& options, const Vector3& middle_z, const Correction& correction,
+                            Samples& s, MagnetometerCalibration* c) {
     const Columns z = s.z();
     Columns u = s.u();
     Values residual = s.residual(), angle = s.angle(), scratch = s.scratch();
     // Gravity measures the tilt of the sensor, independent of outliers of the field that seem to cover the sphere.
     if (c->force_samples >= options.min_samples) {
         c->tilt_rad = M_PI - largest_gap(s.a(), s.trust(), angle, scratch).angle_rad;
-        if (c->tilt_rad < least_tilt_rad) return Refusal::little_tilt;
+        if (c->tilt_rad < least_tilt_rad) return FitRefusal::little_tilt;
     }
     const Vector3 inverse_axes = Eigen::JacobiSVD<Matrix3>(correction.M).singularValues();
     c->axis_ratio = inverse_axes[0] / inverse_axes[2];
-    if (!(c->axis_ratio <= options.max_axis_ratio)) return Refusal::stretched;
+    if (!(c->axis_ratio <= options.max_axis_ratio)) return FitRefusal::stretched;
     const double error = c->rotation == Rotation::found ? c->direction_sigma_rad : c->shape_sigma_rad;
-    if (!(error <= options.max_direction_sigma_rad && c->direction_sigma_rad <= useless_rad)) return Refusal::uncertain;
+    if (!(error <= options.max_direction_sigma_rad && c->direction_sigma_rad <= useless_rad)) return FitRefusal::uncertain;
 
     for (Index i = 0; i < s.count; ++i) {
         u.col(i) = correction.M * (z.col(i) - correction.o);
         residual[i] = u.col(i).norm() - 1;
     }
     judge(options.outlier_sigma, middle_z, s, z, c);
-    if (c->coverage < options.min_coverage) return Refusal::little_coverage;
-    if (c->residual_after > c->residual_before) return Refusal::worse;
-    return Refusal::none;
+    if (c->coverage < options.min_coverage) return FitRefusal::little_coverage;
+    if (c->residual_after > c->residual_before) return FitRefusal::worse;
+    return FitRefusal::none;
 }
 
 // middle: mean of the field, scale: what z was divided by.
-Refusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle, double scale, Samples& s,
-                 MagnetometerCalibration* c) {
+FitRefusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle, double scale, Samples& s,
+                    MagnetometerCalibration* c) {
     Correction correction{};
-    if (const Refusal why = find_correction(options, s, &correction, c); why != Refusal::none) return why;
-    if (const Refusal why = judge_correction(options, middle / scale, correction, s, c); why != Refusal::none) return why;
+    if (const FitRefusal why = find_correction(options, s, &correction, c); why != FitRefusal::none) return why;
+    if (const FitRefusal why = judge_correction(options, middle / scale, correction, s, c); why != FitRefusal::none) return why;
 
     // The ellipsoid has no unit: with a determinant of 1 the mean strength over all directions is unchanged.
     const double size = std::cbrt(correction.M.determinant());
@@ -217,7 +217,7 @@ Refusal full_fit(const hnav_magnetometer_options& options, const Vector3& middle
     c->strength = scale / size;
     c->offset_axes = 3;
     c->full = true;
-    return Refusal::none;
+    return FitRefusal::none;
 }
 
 // False if the centre of a circle is not determined, or too inaccurate.
@@ -255,10 +255,10 @@ bool hard_iron_fit(const hnav_magnetometer_options& options, const Vector3& midd
 } // namespace
 
 bool calibrate_magnetometer(Index n, const double* field, const double* force, const hnav_magnetometer_options& options,
-                            MagnetometerCalibration* c, Refusal* refusal) {
+                            MagnetometerCalibration* c, FitRefusal* refusal) {
     Samples s(n);
     if (!s) {
-        *refusal = Refusal::no_memory;
+        *refusal = FitRefusal::no_memory;
         return false;
     }
     gather(n, field, force, s);
@@ -267,12 +267,12 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     double scale;
     normalise(s, &middle, &scale);
     if (s.count < options.min_samples) {
-        *refusal = Refusal::too_few_samples;
+        *refusal = FitRefusal::too_few_samples;
         return false;
     }
     // Below lies rounding.
     if (!(scale > 1e-9 * middle.norm()) || !(scale > 1e-100)) {
-        *refusal = Refusal::constant_field;
+        *refusal = FitRefusal::constant_field;
         return false;
     }
     choose_forces(options.force_tolerance, s);
@@ -280,7 +280,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     c->used_samples = s.count;
     c->force_samples = static_cast<Index>(s.trust().sum());
     if (s.count < options.min_samples) {
-        *refusal = Refusal::too_little_motion;
+        *refusal = FitRefusal::too_little_motion;
         return false;
     }
     Vector3 middle_left;
@@ -289,7 +289,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     middle += scale * middle_left;
     scale *= scale_left;
     *refusal = full_fit(options, middle, scale, s, c);
-    if (*refusal == Refusal::none) return true;
+    if (*refusal == FitRefusal::none) return true;
     return options.allow_hard_iron_only && hard_iron_fit(options, middle, scale, s, c);
 }
 

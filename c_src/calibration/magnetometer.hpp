@@ -48,7 +48,7 @@ struct MagnetometerCalibration {
     double shape_sigma_rad = 0;                // as direction_sigma_rad, of the ellipsoid alone
 };
 
-enum class Refusal {
+enum class FitRefusal {
     none,
     no_memory,
     too_few_samples,
@@ -67,6 +67,6 @@ enum class Refusal {
 // field: n x 3, finite, a row of three NaN is missing; force: the same, or null. refusal: the reason for hard iron only
 // or for no result. True with a result.
 bool calibrate_magnetometer(Index n, const double* field, const double* force, const hnav_magnetometer_options& options,
-                            MagnetometerCalibration* calibration, Refusal* refusal);
+                            MagnetometerCalibration* calibration, FitRefusal* refusal);
 
 } // namespace hnav

@@ -9,25 +9,15 @@
 
 namespace hnav {
 
-enum class Form { mdkf, amdkf, differenced, augmented, plain };
-
-struct InsErrorSettings {
-    Form form = Form::augmented;
-    NoiseScaleSettings noise;
-    JointSettings joint;
-    bool lag = false;
-    bool joseph = true;
-};
-
 class InsErrorFilter {
 public:
     using Model = LinearModel;
 
     // state: contents of a saved filter; work: the rest; spare: as many bytes as state. Constructed twice, the first time on
     // arenas without memory, to count the bytes.
-    InsErrorFilter(MatrixArena& state, MatrixArena& work, void* spare, const ModelData& data, const InsErrorSettings& s)
+    InsErrorFilter(MatrixArena& state, MatrixArena& work, void* spare, const ModelData& data, const hnav_ins_error_options& o)
         : model(work, data),
-          settings_(s),
+          options_(o),
           state_(state.doubles(0)),
           spare_(static_cast<double*>(spare)),
           steps_(state.doubles(1)),
@@ -36,18 +26,18 @@ public:
           result_(state, data.nz),
           present_(work.integers(data.nz)),
           no_bias_(work.doubles(data.nz)) {
-        NoiseScaleSettings scaling = s.noise;
-        if (is_printed()) scaling.mode = Scaling::none; // MDKF has none, AMDKF its own
-        if (scaling.mode == Scaling::joint) {
+        int scaling = is_printed() ? HNAV_NOISE_SCALING_NONE : o.noise_scaling; // MDKF has none, AMDKF its own
+        const bool has_lambda = o.form == HNAV_INS_ERROR_AUGMENTED && data.An;
+        if (scaling == HNAV_NOISE_SCALING_JOINT) {
             // Only a state lambda can jump; in the other forms channels are tested for their noise only.
-            const bool has_lambda = s.form == Form::augmented && data.An;
-            scaling.mode = has_lambda ? Scaling::none : Scaling::hmm;
-            if (has_lambda) joint_.emplace(state, work, data.nz, s.joint);
+            scaling = has_lambda ? HNAV_NOISE_SCALING_NONE : HNAV_NOISE_SCALING_HMM;
+            if (has_lambda) joint_.emplace(state, work, data.nz, options_);
         }
-        noise_.emplace(state, work, data.nz, scaling);
-        if (is_printed()) printed_.emplace(state, work, model, s.form == Form::amdkf ? s.noise.window : 0);
-        else if (s.form == Form::differenced) differenced_.emplace(state, work, model, s.joseph, s.lag);
-        else kalman_.emplace(state, work, model, s.form == Form::augmented && data.An, s.joseph, s.lag);
+        noise_.emplace(state, work, data.nz, options_, scaling);
+        const bool joseph = o.joseph != 0, lag = o.lag != 0;
+        if (is_printed()) printed_.emplace(state, work, model, o.form == HNAV_INS_ERROR_AMDKF ? o.window : 0);
+        else if (o.form == HNAV_INS_ERROR_DIFFERENCED) differenced_.emplace(state, work, model, joseph, lag);
+        else kalman_.emplace(state, work, model, has_lambda, joseph, lag);
         state_count_ = static_cast<int>(state.used() / sizeof(double));
     }
     InsErrorFilter(const InsErrorFilter&) = delete;
@@ -55,8 +45,8 @@ public:
     LinearModel model;
 
     // A factor for each channel has no meaning for correlated noise.
-    static bool scaling_has_meaning(const InsErrorSettings& s, const ModelData& m, Refusal& why) {
-        const bool scaled = s.form >= Form::differenced && s.noise.mode != Scaling::none;
+    static bool scaling_has_meaning(const hnav_ins_error_options& o, const ModelData& m, Refusal& why) {
+        const bool scaled = o.form >= HNAV_INS_ERROR_DIFFERENCED && o.noise_scaling != HNAV_NOISE_SCALING_NONE;
         if (!scaled || !m.Qv) return true;
         for (int i = 0; i < m.nz; ++i)
             for (int j = 0; j < m.nz; ++j)
@@ -181,7 +171,7 @@ public:
         }
     }
 
-    const InsErrorSettings& settings() const { return settings_; }
+    const hnav_ins_error_options& options() const { return options_; }
     const StepResult& result() const { return result_; }
     const double* noise_scale() const { return printed_ ? printed_->scale() : joint_ ? joint_->scale() : noise_->scale(); }
     const double* fault_probability() const { return joint_ ? joint_->noise_probability() : noise_->fault_probability(); }
@@ -208,10 +198,10 @@ private:
         return is_printed() || (variances.minCoeff() >= -1e-9 * variances.maxCoeff() && !(*result_.nis < 0));
     }
 
-    bool is_printed() const { return settings_.form == Form::mdkf || settings_.form == Form::amdkf; }
-    bool is_late() const { return is_printed() || settings_.lag; }
+    bool is_printed() const { return options_.form < HNAV_INS_ERROR_DIFFERENCED; }
+    bool is_late() const { return is_printed() || options_.lag != 0; }
 
-    InsErrorSettings settings_;
+    const hnav_ins_error_options options_;
     double* state_;
     double* spare_;
     int state_count_ = 0;

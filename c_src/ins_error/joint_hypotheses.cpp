@@ -2,8 +2,8 @@
 
 namespace hnav {
 
-JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s)
-    : settings_(s),
+JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const hnav_ins_error_options& options)
+    : options_(options),
       nz_(nz),
       scale_(state.doubles(nz)),
       noise_(state.doubles(nz)),
@@ -13,9 +13,9 @@ JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, 
       process_belief_(state.doubles(processes)),
       tracked_(state.doubles(nz)),
       tracked_variance_(state.doubles(nz)),
-      level_(work.doubles(s.levels)),
+      level_(work.doubles(options.hmm_levels)),
       precision_(work.doubles(modes())),
-      leaves_(work.doubles(s.levels)),
+      leaves_(work.doubles(options.hmm_levels)),
       was_healthy_(work.doubles(nz)),
       lasting_(work.doubles(nz * modes())),
       prior_(work.doubles(nz * modes())),
@@ -35,14 +35,14 @@ JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, 
       S_(work, nz) {}
 
 void JointHypotheses::create() {
-    for (int g = 0; g < settings_.levels; ++g) {
-        level_[g] = std::pow(settings_.level_ratio, g);
+    for (int g = 0; g < options_.hmm_levels; ++g) {
+        level_[g] = std::pow(options_.hmm_level_ratio, g);
         precision_[g] = 1 / level_[g];
         // From a faulty level to each of its neighbours, which are faulty too.
-        leaves_[g] = settings_.drift_probability / std::max(1, (g > 1) + (g + 1 < settings_.levels));
+        leaves_[g] = drift_probability / std::max(1, (g > 1) + (g + 1 < options_.hmm_levels));
     }
     precision_[bias_mode()] = 0; // a measurement with an unknown bias carries no information
-    least_precision_ = std::fmin(1e-4, precision_[settings_.levels - 1]);
+    least_precision_ = std::fmin(1e-4, precision_[options_.hmm_levels - 1]);
     reset();
 }
 
@@ -84,21 +84,22 @@ bool JointHypotheses::update(const Innovations& in, const Liveliness& lively) {
 
 void JointHypotheses::predict_process() {
     const double stated = process_belief_[0], increased = 1 - stated;
-    const double begins = settings_.process_probability / (processes - 1);
-    const double changes = settings_.process_drift / (processes - 1);
+    const double begins = options_.joint_process_probability / (processes - 1);
+    const double changes = process_drift / (processes - 1);
     for (int p = 1; p < processes; ++p) {
         const double was = process_belief_[p];
-        const double leaves = settings_.process_recovery + changes * (processes - 2);
+        const double leaves = options_.joint_process_recovery_probability + changes * (processes - 2);
         process_belief_[p] = was * (1 - leaves) + changes * (increased - was) + stated * begins;
     }
-    process_belief_[0] = stated * (1 - settings_.process_probability) + increased * settings_.process_recovery;
+    process_belief_[0] =
+        stated * (1 - options_.joint_process_probability) + increased * options_.joint_process_recovery_probability;
 }
 
 void JointHypotheses::predict_channel(int i) {
-    const int n = settings_.levels;
+    const int n = options_.hmm_levels;
     const double* was = belief(i);
     double* lasting = lasting_ + i * modes();
-    const double stays = 1 - settings_.recovery_probability, fault = was[0] * settings_.fault_probability / (n - 1);
+    const double stays = 1 - options_.joint_recovery_probability, fault = was[0] * options_.joint_fault_probability / (n - 1);
     double faulty = 0;
     for (int g = 1; g < n; ++g) {
         lasting[g] = was[g] * stays + fault;
@@ -106,11 +107,11 @@ void JointHypotheses::predict_channel(int i) {
         if (g + 1 < n) lasting[g] += was[g + 1] * leaves_[g + 1] - was[g] * leaves_[g];
         faulty += was[g];
     }
-    const double recovers = faulty * settings_.recovery_probability + was[bias_mode()] * settings_.bias_fading;
-    const double fails = settings_.fault_probability + settings_.outlier_probability + settings_.bias_probability;
+    const double recovers = faulty * options_.joint_recovery_probability + was[bias_mode()] * bias_fading;
+    const double fails = options_.joint_fault_probability + options_.joint_outlier_probability + options_.joint_bias_probability;
     lasting[0] = was[0] * (1 - fails) + recovers;
-    lasting[bias_mode()] = was[bias_mode()] * (1 - settings_.bias_fading) + was[0] * settings_.bias_probability;
-    outlier_[i] = was[0] * settings_.outlier_probability / (n - first_outlier());
+    lasting[bias_mode()] = was[bias_mode()] * (1 - bias_fading) + was[0] * options_.joint_bias_probability;
+    outlier_[i] = was[0] * options_.joint_outlier_probability / (n - first_outlier());
     was_healthy_[i] = was[0];
 
     double precision = 0, *prior = prior_of(i);
@@ -124,8 +125,8 @@ void JointHypotheses::predict_channel(int i) {
 // The tracked constant is the previous one, a random walk with the variance of the channel's prediction, or it begins.
 void JointHypotheses::predict_bias(int i, double fresh, const Liveliness& lively) {
     const double now = lasting_[i * modes() + bias_mode()];
-    const double share = now > 0 ? belief(i)[bias_mode()] * (1 - settings_.bias_fading) / now : 0;
-    const double jump = settings_.bias_sigma * settings_.bias_sigma * fresh;
+    const double share = now > 0 ? belief(i)[bias_mode()] * (1 - bias_fading) / now : 0;
+    const double jump = options_.joint_bias_sigma * options_.joint_bias_sigma * fresh;
     const double wanders = lively.driven ? lively.motion(i, i) + lively.colour(i, i) : 0;
     const double mean = share * tracked_[i], away = tracked_[i] - mean;
     tracked_variance_[i] = share * (tracked_variance_[i] + wanders + away * away) + (1 - share) * (jump + mean * mean);
@@ -218,7 +219,7 @@ void JointHypotheses::sweep(const Innovations& in, int p) {
 JointHypotheses::Weighed JointHypotheses::weigh(int i, int p, double r, double others, double fresh) {
     double* each = support(p, i);
     const double half = 0.5 * r * r, away = r - tracked_[i];
-    for (int g = 0; g < settings_.levels; ++g) {
+    for (int g = 0; g < options_.hmm_levels; ++g) {
         weight_[g] = 1 / (others + level_[g] * fresh);
         each[g] = -half * weight_[g];
     }
@@ -273,8 +274,8 @@ void JointHypotheses::merge(bool seen) {
     double sum = 0;
     for (int p = 0; p < hypotheses; ++p) {
         const bool is_weighed = seen && (p < swept_ || p == common);
-        double prior = p == common ? process_belief_[0] * settings_.common_probability : process_belief_[p];
-        if (p == 0) prior *= 1 - settings_.common_probability;
+        double prior = p == common ? process_belief_[0] * options_.joint_common_probability : process_belief_[p];
+        if (p == 0) prior *= 1 - options_.joint_common_probability;
         hypothesis_[p] = is_weighed ? prior * std::exp(evidence_[p] - largest) : prior;
         sum += hypothesis_[p];
     }
@@ -299,15 +300,15 @@ void JointHypotheses::conclude(const Innovations& in) {
     for (int i = 0, a = 0; i < nz_; ++i) {
         const bool measured = a < in.count && in.present[a] == i;
         a += measured;
-        bias_[i] *= 1 - settings_.bias_fading;
+        bias_[i] *= 1 - bias_fading;
         if (!(in.fresh[i] > 0)) continue;
         if (measured) {
             merge_channel(i);
             bias_[i] = std::fmin(1, std::fmax(bias_[i], belief(i)[bias_mode()]));
-            if (belief(i)[bias_mode()] > settings_.bias_certain) open(i, in.fresh[i]);
+            if (belief(i)[bias_mode()] > bias_certain) open(i, in.fresh[i]);
         } else {
             std::copy(lasting_ + i * modes(), lasting_ + (i + 1) * modes(), belief(i));
-            belief(i)[0] += was_healthy_[i] * settings_.outlier_probability; // an outlier lasts one sample
+            belief(i)[0] += was_healthy_[i] * options_.joint_outlier_probability; // an outlier lasts one sample
         }
         noise_[i] = fault_of(i);
     }
@@ -342,7 +343,7 @@ void JointHypotheses::merge_channel(int i) {
 }
 
 void JointHypotheses::open(int i, double fresh) {
-    opened_[i] = settings_.bias_sigma * settings_.bias_sigma * fresh;
+    opened_[i] = options_.joint_bias_sigma * options_.joint_bias_sigma * fresh;
     std::fill(belief(i), belief(i) + modes(), 0.0);
     belief(i)[0] = 1;
     scale_[i] = 1;
@@ -351,7 +352,7 @@ void JointHypotheses::open(int i, double fresh) {
 
 double JointHypotheses::fault_of(int i) const {
     double sum = 0;
-    for (int g = 1; g < settings_.levels; ++g) sum += belief(i)[g];
+    for (int g = 1; g < options_.hmm_levels; ++g) sum += belief(i)[g];
     return std::fmin(1, sum); // a sum, with its rounding
 }
 

@@ -25,25 +25,6 @@
 
 namespace hnav {
 
-struct JointSettings {
-    int levels = 5;
-    double level_ratio = 4;
-    double fault_probability = 1e-4; // per step, that a healthy channel becomes noisy, at any of its levels
-    double recovery_probability = 2e-3; // that it becomes healthy again
-    double outlier_probability = 0.025; // of one sample
-    double bias_probability = 1.5e-4; // per step, that the error of a channel jumps
-    double bias_sigma = 10; // of such a jump, in sigma of the white noise
-    double process_probability = 3e-3; // per step, that the process noise increases
-    double process_recovery = 4e-3;
-    double common_probability = 1e-3; // per step, that noise begins in many channels
-    // Constants without an option: the results hardly depend on them.
-    double drift_probability = 0.01; // per step, from a noise level to its neighbours
-    double bias_certain = 0.9; // probability above which the variance of lambda is increased
-    double bias_fading = 0.07; // per step: decay of the probability of a jump
-    double process_drift = 5e-4; // per step, from one increased process noise to another
-    double common_share = 0.8; // of the channels that common noise reaches
-};
-
 // Inputs of one sample beside its innovations (noise_scale.hpp): the variance that the process adds to them in one step.
 struct Liveliness {
     const Matrix& motion; // H Q H'
@@ -53,8 +34,8 @@ struct Liveliness {
 
 class JointHypotheses {
 public:
-    // state: contents of a saved filter; work: scratch of a step.
-    JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const JointSettings& s);
+    // state: contents of a saved filter; work: scratch of a step. The options are kept by reference.
+    JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const hnav_ins_error_options& options);
 
     void create();
     void reset();
@@ -75,6 +56,13 @@ private:
     // process is none: with {0.1, 1} and a true Q of a ninth, NEES/n stays (0.68, 0.67 without), for a third more sweeps.
     static constexpr int processes = 3, common = processes, hypotheses = processes + 1;
     static constexpr double motion_factors[hypotheses] = {1, 10, 1, 1}, colour_factors[hypotheses] = {1, 2, 20, 1};
+
+    // Without an option: the results hardly depend on them.
+    static constexpr double drift_probability = 0.01; // per step, from a noise level to its neighbours
+    static constexpr double bias_certain = 0.9; // probability above which the variance of lambda is increased
+    static constexpr double bias_fading = 0.07; // per step: decay of the probability of a jump
+    static constexpr double process_drift = 5e-4; // per step, from one increased process noise to another
+    static constexpr double common_share = 0.8; // of the channels that common noise reaches
 
     // Odds against the stated process below which an increased one takes its modes instead of a sweep of its own. With 0.1 an eighth of the
     // time is saved again, but the probability of an increased process rises by a hundredth.
@@ -111,23 +99,23 @@ private:
     double fault_of(int i) const;
 
     // Modes of a channel: the noise levels, then bias.
-    int modes() const { return settings_.levels + 1; }
-    int bias_mode() const { return settings_.levels; }
+    int modes() const { return options_.hmm_levels + 1; }
+    int bias_mode() const { return options_.hmm_levels; }
     // The smallest level of an outlier: four sigma.
-    int first_outlier() const { return std::min(2, settings_.levels - 1); }
+    int first_outlier() const { return std::min(2, options_.hmm_levels - 1); }
     double* belief(int i) const { return belief_ + i * modes(); }
     double* support(int p, int i) const { return support_ + (p * nz_ + i) * modes(); }
     double* prior_of(int i) const { return prior_ + i * modes(); }
     // What common noise adds to the prior of a mode.
     double begins(int i, int m) const {
         if (m == bias_mode()) return 0;
-        const double more = (settings_.common_share - settings_.fault_probability) * was_healthy_[i];
-        return m == 0 ? -more : more / (settings_.levels - 1);
+        const double more = (common_share - options_.joint_fault_probability) * was_healthy_[i];
+        return m == 0 ? -more : more / (options_.hmm_levels - 1);
     }
     // Prior of an outlier with the noise of a mode.
-    double passing(int i, int m) const { return m >= first_outlier() && m < settings_.levels ? outlier_[i] : 0; }
+    double passing(int i, int m) const { return m >= first_outlier() && m < options_.hmm_levels ? outlier_[i] : 0; }
 
-    JointSettings settings_;
+    const hnav_ins_error_options& options_;
     int nz_;
     double *scale_, *noise_, *bias_, *process_;
     double* belief_; // by channel and mode

@@ -9,13 +9,11 @@
 #pragma once
 
 #include "base/hash.hpp"
+#include "base/refusal.hpp"
 #include "maths/discretise.hpp"
 #include "maths/matrix_arena.hpp"
 
-#include <cstdarg>
 #include <cstdint>
-#include <cstdio>
-#include <cstring>
 
 namespace hnav {
 
@@ -24,20 +22,6 @@ struct ModelData {
     int nx, nu, nz, nw, nl;
     double interval_s; // above 0: A, B, Qw, An, QU belong to differential equations
     const double *A, *B, *G, *H, *An, *Bn, *Qw, *Qv, *QU, *Lambda0, *x0, *P0;
-};
-
-struct Refusal {
-    enum Kind { none, null, size, non_finite, impossible } kind = none;
-    char text[256] = "";
-
-    __attribute__((format(printf, 3, 4))) bool refuse(Kind k, const char* format, ...) {
-        kind = k;
-        va_list arguments;
-        va_start(arguments, format);
-        std::vsnprintf(text, sizeof text, format, arguments);
-        va_end(arguments);
-        return false;
-    }
 };
 
 class LinearModel {

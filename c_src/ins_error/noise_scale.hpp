@@ -11,6 +11,7 @@
 // the innovation of a channel given those of all others: (S^-1 nu)_i / (S^-1)_ii, of variance 1 / (S^-1)_ii.
 #pragma once
 
+#include "hnav/options/ins_error.h"
 #include "maths/lower_inverse.hpp"
 
 #include <unsupported/Eigen/SpecialFunctions>
@@ -19,19 +20,6 @@
 #include <cmath>
 
 namespace hnav {
-
-enum class Scaling { none, paper_match, gated_match, hmm, joint };
-
-struct NoiseScaleSettings {
-    Scaling mode = Scaling::hmm;
-    int window = 20;
-    double gate_alpha = 1e-3; // false alarms per test of a window
-    int levels = 5;
-    double level_ratio = 4;
-    double fault_probability = 1e-3; // healthy to any of the faulty levels, per step
-    double recovery_probability = 2e-3; // faulty to healthy
-    double drift_probability = 1e-2; // faulty to the neighbouring levels, together
-};
 
 // x with P(chi square of `freedom` > x) = alpha. Bisection: done once, in create.
 inline double chi_square_limit(int freedom, double alpha) {
@@ -59,43 +47,45 @@ struct Innovations {
 class NoiseScale {
 public:
     // state: contents of a saved filter; work: scratch of a step.
-    NoiseScale(MatrixArena& state, MatrixArena& work, int nz, const NoiseScaleSettings& s)
-        : settings_(s),
+    // scaling: HNAV_NOISE_SCALING_NONE to _HMM. The options are kept by reference.
+    NoiseScale(MatrixArena& state, MatrixArena& work, int nz, const hnav_ins_error_options& options, int scaling)
+        : options_(options),
+          scaling_(scaling),
           nz_(nz),
           scale_(state.doubles(nz)),
           fault_(state.doubles(nz)),
           seen_(state.doubles(nz)),
-          squared_(state.doubles(windowed() ? nz * s.window : 0)),
-          predicted_(state.doubles(windowed() ? nz * s.window : 0)),
-          normalised_(state.doubles(windowed() ? nz * s.window : 0)),
-          belief_(state.doubles(nz * s.levels)),
-          level_(work.doubles(s.levels)),
-          inverse_level_(work.doubles(s.levels)),
-          transition_(work.doubles(s.levels * s.levels)),
+          squared_(state.doubles(windowed() ? nz * options.window : 0)),
+          predicted_(state.doubles(windowed() ? nz * options.window : 0)),
+          normalised_(state.doubles(windowed() ? nz * options.window : 0)),
+          belief_(state.doubles(nz * options.hmm_levels)),
+          level_(work.doubles(options.hmm_levels)),
+          inverse_level_(work.doubles(options.hmm_levels)),
+          transition_(work.doubles(options.hmm_levels * options.hmm_levels)),
           S_(work.matrix(nz, nz)),
           inverse_(work, nz),
           nu_(work.doubles(nz)),
           solved_(work.doubles(nz)),
-          weight_(work.doubles(s.levels)),
+          weight_(work.doubles(options.hmm_levels)),
           R_(work.doubles(nz)) {}
 
     void create() {
-        gate_limit_ = chi_square_limit(settings_.window, settings_.gate_alpha);
-        const int n = settings_.levels;
+        gate_limit_ = chi_square_limit(options_.window, options_.gate_alpha);
+        const int n = options_.hmm_levels;
         for (int g = 0; g < n; ++g) {
-            level_[g] = std::pow(settings_.level_ratio, g);
+            level_[g] = std::pow(options_.hmm_level_ratio, g);
             inverse_level_[g] = 1 / level_[g];
         }
         std::fill(transition_, transition_ + n * n, 0.0);
         const auto T = [&](int from, int to) -> double& { return transition_[from * n + to]; };
-        T(0, 0) = 1 - settings_.fault_probability;
+        T(0, 0) = 1 - options_.hmm_fault_probability;
         for (int g = 1; g < n; ++g) {
-            T(0, g) = settings_.fault_probability / (n - 1);
-            T(g, 0) = settings_.recovery_probability;
+            T(0, g) = options_.hmm_fault_probability / (n - 1);
+            T(g, 0) = options_.hmm_recovery_probability;
             const int neighbours = (g > 1) + (g + 1 < n);
-            if (g > 1) T(g, g - 1) = settings_.drift_probability / neighbours;
-            if (g + 1 < n) T(g, g + 1) = settings_.drift_probability / neighbours;
-            T(g, g) = 1 - settings_.recovery_probability - (neighbours ? settings_.drift_probability : 0);
+            if (g > 1) T(g, g - 1) = options_.hmm_drift_probability / neighbours;
+            if (g + 1 < n) T(g, g + 1) = options_.hmm_drift_probability / neighbours;
+            T(g, g) = 1 - options_.hmm_recovery_probability - (neighbours ? options_.hmm_drift_probability : 0);
         }
         reset();
     }
@@ -104,10 +94,10 @@ public:
         std::fill(scale_, scale_ + nz_, 1.0);
         std::fill(fault_, fault_ + nz_, 0.0);
         std::fill(seen_, seen_ + nz_, 0.0);
-        std::fill(belief_, belief_ + nz_ * settings_.levels, 0.0);
-        for (int i = 0; i < nz_; ++i) belief_[i * settings_.levels] = 1;
+        std::fill(belief_, belief_ + nz_ * options_.hmm_levels, 0.0);
+        for (int i = 0; i < nz_; ++i) belief_[i * options_.hmm_levels] = 1;
         if (!windowed()) return;
-        for (double* ring : {squared_, predicted_, normalised_}) std::fill(ring, ring + nz_ * settings_.window, 0.0);
+        for (double* ring : {squared_, predicted_, normalised_}) std::fill(ring, ring + nz_ * options_.window, 0.0);
     }
 
     const double* scale() const { return scale_; }
@@ -117,15 +107,15 @@ public:
 
     // False: the variances are no covariance.
     bool update(const Innovations& in) {
-        switch (settings_.mode) {
-        case Scaling::none: return true;
-        case Scaling::hmm: return update_chain(in);
+        switch (scaling_) {
+        case HNAV_NOISE_SCALING_NONE: return true;
+        case HNAV_NOISE_SCALING_HMM: return update_chain(in);
         default: return update_window(in);
         }
     }
 
 private:
-    bool windowed() const { return settings_.mode == Scaling::paper_match || settings_.mode == Scaling::gated_match; }
+    bool windowed() const { return scaling_ == HNAV_NOISE_SCALING_PAPER_MATCH || scaling_ == HNAV_NOISE_SCALING_GATED_MATCH; }
 
     // S of the present channels with the noise R, and S^-1 nu.
     bool solve(const Innovations& in) {
@@ -141,8 +131,8 @@ private:
     }
 
     bool update_window(const Innovations& in) {
-        const int M = settings_.window;
-        const bool gated = settings_.mode == Scaling::gated_match;
+        const int M = options_.window;
+        const bool gated = scaling_ == HNAV_NOISE_SCALING_GATED_MATCH;
         for (int a = 0; a < in.count; ++a) R_[a] = in.fresh[in.present[a]] + in.past_healthy[in.present[a]];
         if (gated && !solve(in)) return false;
         for (int a = 0; a < in.count; ++a) {
@@ -165,8 +155,8 @@ private:
 
     double mean(const double* ring) const {
         double sum = 0;
-        for (int k = 0; k < settings_.window; ++k) sum += ring[k];
-        return sum / settings_.window;
+        for (int k = 0; k < options_.window; ++k) sum += ring[k];
+        return sum / options_.window;
     }
 
     // Two passes: the predicted chain gives the noise of each channel; then the innovation of each channel, given the others
@@ -187,7 +177,7 @@ private:
     }
 
     void predict(int i) {
-        const int n = settings_.levels;
+        const int n = options_.hmm_levels;
         double* belief = belief_ + i * n;
         for (int to = 0; to < n; ++to) {
             double sum = 0;
@@ -200,7 +190,7 @@ private:
 
     // Normal likelihoods of the levels, scaled by the largest exponent so that none of them overflows or all vanish.
     void weigh(int i, double half_square, double others, double fresh) {
-        const int n = settings_.levels;
+        const int n = options_.hmm_levels;
         double* belief = belief_ + i * n;
         const double widest = others + level_[n - 1] * fresh;
         double sum = 0;
@@ -215,7 +205,7 @@ private:
     }
 
     void conclude(int i) {
-        const int n = settings_.levels;
+        const int n = options_.hmm_levels;
         const double* belief = belief_ + i * n;
         double precision = 0, faulty = 0;
         for (int g = 0; g < n; ++g) precision += belief[g] * inverse_level_[g];
@@ -224,7 +214,8 @@ private:
         fault_[i] = std::fmin(1, faulty); // a sum, with its rounding
     }
 
-    NoiseScaleSettings settings_;
+    const hnav_ins_error_options& options_;
+    const int scaling_;
     int nz_;
     double gate_limit_ = 0;
     double *scale_, *fault_;

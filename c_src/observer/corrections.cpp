@@ -25,7 +25,8 @@ void Model::jump(State& s, const Event& event) const {
     if (v[at.begun] != 0) collect_all(s);
     if (event.begins_time_base() && v[at.begun] != 0) forget_time(s);
     v[at.t] = event.t_s;
-    const bool begins = v[at.begun] == 0 && (settings_.start_at_first_sample || event.has(start_channel()));
+    const bool begins =
+        v[at.begun] == 0 && (options_.start_mode == HNAV_OBSERVER_START_FIRST_SAMPLE || event.has(start_channel()));
     if (begins) v[at.begun] = 1;
     if (begins && crosses()) {
         expected(v, work_->x);
@@ -141,7 +142,7 @@ void Model::forget_time(State& s) const {
         if (!slope(s, s.x()[layout().t], work_->x, dX)) std::fill_n(dX, p.N, 0.0);
         unpack_upper(part + layout().P, p.N, 1, P);
         for (int j = 0; j < p.N; ++j) {
-            P[j * p.N + j] += settings_.time_jump_limit_s * p.noise[j];
+            P[j * p.N + j] += options_.time_jump_limit_s * p.noise[j];
             for (int k = 0; k < p.N; ++k) P[j * p.N + k] += usual_s * dX[j] * usual_s * dX[k];
         }
         pack_upper(P, p.N, part + layout().P);
@@ -157,7 +158,7 @@ double Model::variance_factor(State& s, const Event& event, int k) const {
     double* v = s.x();
     Check& health = check(s, k);
     const Check::Vector y(*event.value(sensor_channel(k)));
-    const double sigma = std::sqrt(problem_->sensor_variance[k]), limit = settings_.outlier_sigma;
+    const double sigma = std::sqrt(problem_->sensor_variance[k]), limit = options_.outlier_sigma;
     double &repeats = v[at.of_sensor(k, Layout::repeats)], &usual = v[at.of_sensor(k, Layout::usual_repeats)];
     const double samples = v[at.of_sensor(k, Layout::samples)], nis = v[at.of_sensor(k, Layout::nis)];
     const bool unlikely = limit > 0 && samples >= samples_to_check && nis > limit * limit;
@@ -234,7 +235,7 @@ void Model::forget(State& s) const {
     double* v = s.x();
     const double since_s = v[at.corrections] > 0 ? v[at.t] - v[at.corrected] : 0;
     v[at.corrected] = v[at.t];
-    if (settings_.robust_rate_1_s > 0 && since_s > 0)
+    if (options_.robust_rate_1_s > 0 && since_s > 0)
         for (int i = 0; i < parts_of(s); ++i) inflate(part_of(s, i), since_s);
 }
 
@@ -249,7 +250,7 @@ void Model::inflate(double* part, double since_s) const {
     unpack_upper(part + at.P, p.N, 1, P);
     const double largest = largest_variance(P, work_->gain, work_->gain + p.N);
     if (!(largest > 0)) return;
-    const double theta = std::min(most, -std::expm1(-settings_.robust_rate_1_s * since_s)) / largest;
+    const double theta = std::min(most, -std::expm1(-options_.robust_rate_1_s * since_s)) / largest;
     for (int i = 0; i < p.N; ++i) {
         const double weight = theta / (p.scale[i] * p.scale[i]), left = 1 - weight * P[i * p.N + i];
         if (!(left > 0)) continue; // rounding

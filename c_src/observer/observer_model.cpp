@@ -231,7 +231,7 @@ void Model::flow_of_sized(double usual_s, const double* x, double* dx) const {
 void Model::nominal(double* x) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    const double ratio = settings_.covariance_rtol / settings_.rtol;
+    const double ratio = options_.covariance_rtol / options_.rtol;
     std::copy_n(p.scale, p.moving, x);
     for (int i = 0; i < p.moving; ++i)
         for (int j = 0; j < p.N; ++j) x[at.S + i * p.N + j] = ratio * p.scale[i] / p.scale[j];
@@ -285,10 +285,7 @@ void Model::collect(const State& s, double* part) const {
     pack_upper(work_->P, p.N, part + at.P);
     if (p.bounded) {
         std::copy_n(part + at.beyond, p.N, work_->cut);
-        for (int i = 0; i < p.moving; ++i) {
-            part[at.beyond + i] = 0;
-            for (int j = 0; j < p.N; ++j) part[at.beyond + i] += part[at.S + i * p.N + j] * work_->cut[j];
-        }
+        times_rows(part + at.S, p.moving, p.N, work_->cut, part + at.beyond);
     }
     flow_joint(part);
     std::fill(part + at.S, part + at.clock, 0.0);

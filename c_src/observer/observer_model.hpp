@@ -9,6 +9,7 @@
 // (saltation.cpp), and the estimate splits into parts if an event may or may not have occurred (hypotheses.cpp).
 #pragma once
 
+#include "hnav/options/observer.h"
 #include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
 #include "observer/linearisation.hpp"
@@ -22,16 +23,6 @@ class StiffSolver;
 }
 
 namespace hnav::observer {
-
-struct ModelSettings {
-    bool start_at_first_sample = true;
-    double rtol = 1e-7; // of x; absolute tolerances are these times a scale
-    double covariance_rtol = 1e-4; // of Phi and Qd
-    double robust_rate_1_s = 0; // see inflate
-    bool sigma_points = false;
-    double outlier_sigma = 0; // 0: no sample is an outlier
-    double time_jump_limit_s = 0; // see forget_time
-};
 
 // Numbers of an event of the plant: N before and after it, their slopes, the gradient of its guard, the saltation matrix Xi, P, the
 // discrete state and the joint moments before it.
@@ -113,8 +104,8 @@ public:
 
     Model() = default;
     Model(Plant& plant, const Problem& problem, Workspace& work, StiffSolver& stiff, Trouble& trouble,
-          const ModelSettings& settings)
-        : plant_(&plant), problem_(&problem), work_(&work), stiff_(&stiff), trouble_(&trouble), settings_(settings) {}
+          const hnav_observer_options& options)
+        : plant_(&plant), problem_(&problem), work_(&work), stiff_(&stiff), trouble_(&trouble), options_(options) {}
 
     int nx() const { return layout().nx; }
     // Inputs, sensors, and the start of the estimate: inputs of an instant therefore act before its sensors.
@@ -143,7 +134,7 @@ public:
     // Steps of the explicit solver in an interval beyond which the plant is treated as stiff.
     static constexpr long max_explicit_steps = 500;
     bool may_be_stiff() const { return true; }
-    bool by_points() const { return settings_.sigma_points; }
+    bool by_points() const { return options_.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS || problem_->sizes.steps; }
     bool remembers() const { return problem_->sizes.memory > 0; }
     bool flow_by_points(State& s, double interval_s, Propagator& propagator) const;
     bool is_stiff(const State& s) const;
@@ -388,7 +379,7 @@ private:
     Workspace* work_ = nullptr;
     StiffSolver* stiff_ = nullptr;
     Trouble* trouble_ = nullptr;
-    ModelSettings settings_{};
+    hnav_observer_options options_{};
 };
 
 // Of g'X, where X has the covariance P, n x n.

@@ -68,8 +68,8 @@ struct Plan : PlanHead, PlanRows {
     bool copy(const Plan& from);
 
     Statistics statistics() const {
-        return {start,       start_sigma,  noise,    nominal, ready_sigma, time_constant_s,
-                input_start, sensor_sigma, gate_nis, min,     max,         logarithmic};
+        return {sizeof(Statistics), start,        start_sigma, noise, nominal, ready_sigma, time_constant_s,
+                input_start,        sensor_sigma, gate_nis,    min,   max,     logarithmic};
     }
 
     bool depends(int row, int on) const { return !declared[row] || dependent[row * (sizes.states + sizes.unknown_inputs) + on]; }

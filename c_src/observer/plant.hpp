@@ -2,6 +2,8 @@
 // interface.
 #pragma once
 
+#include "base/refusal.hpp"
+
 #include <cmath>
 
 namespace hnav::observer {
@@ -13,7 +15,6 @@ enum class Function { derivatives, outputs, indicators, event };
 enum class Variable { state, unknown_input, parameter };
 constexpr int functions = 2, variables = 3; // that have derivatives
 
-struct Refusal;
 class Dependencies;
 
 struct Point {

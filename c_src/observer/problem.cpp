@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <initializer_list>
 
 namespace hnav::observer {
@@ -37,15 +35,6 @@ struct Row {
 };
 
 } // namespace
-
-bool Refusal::refuse(Kind why, const char* format, ...) {
-    kind = why;
-    va_list arguments;
-    va_start(arguments, format);
-    std::vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    return false;
-}
 
 Problem::Problem(Arena& arena, const PlantSizes& given)
     : sizes(given),

@@ -5,6 +5,8 @@
 #pragma once
 
 #include "base/arena.hpp"
+#include "base/refusal.hpp"
+#include "hnav/observer.h"
 #include "observer/plant.hpp"
 #include "signals/sensor_check.hpp"
 
@@ -17,28 +19,8 @@ constexpr int max_estimated = 5000;
 constexpr int max_channels_used = 62; // known inputs and sensors together; see Model::channels
 constexpr int max_indicators = 2000;
 
-// As given by the caller; null where a default applies. Widths: N, unknown inputs, known inputs, outputs.
-struct Statistics {
-    const double* start; // N; null: zero
-    const double* start_sigma; // N
-    const double* noise; // N, density: unit / sqrt(s); null: none
-    const double* nominal; // N; null: one
-    const double* ready_sigma; // N, above 0; null: no limit
-    const double* time_constant_s; // unknown inputs; 0 and null: random walk
-    const double* input_start; // known inputs; null: zero
-    const double* sensor_sigma; // outputs
-    const double* gate_nis; // outputs; 0 and null: no gate
-    const double *min, *max; // N; null: no bounds
-    const std::uint8_t* logarithmic; // parameters; 1: by its logarithm; null: none
-};
-
-// Kind of error of a plant or of its statistics.
-struct Refusal {
-    enum Kind { null, size, non_finite, impossible, plant } kind = impossible;
-    char text[320] = "";
-
-    __attribute__((format(printf, 3, 4))) bool refuse(Kind why, const char* format, ...);
-};
+// Null where a default applies.
+using Statistics = hnav_observer_statistics;
 
 class Problem {
 public:

@@ -85,12 +85,12 @@ bool Model::make_stiff_solver(long max_steps) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     double* atol = work_->gain;
-    for (int i = 0; i < p.moving; ++i) atol[i] = settings_.rtol * p.scale[i];
+    for (int i = 0; i < p.moving; ++i) atol[i] = options_.rtol * p.scale[i];
     RuntimeState& first = *reinterpret_cast<RuntimeState*>(work_->stiff_start);
     std::fill_n(first.x(), at.numbers, 0.0);
     begin(first);
     const StiffRun run{this, &first, first.x(), 0};
-    StiffSolver::Settings settings{settings_.rtol, atol, max_steps};
+    StiffSolver::Settings settings{options_.rtol, atol, max_steps};
     return stiff_->create(p.moving, StiffRun::flow, StiffRun::jacobian, settings, &run, first.x());
 }
 

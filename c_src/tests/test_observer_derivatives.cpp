@@ -83,7 +83,7 @@ struct Linearised {
         known.start = x.data();
         known.start_sigma = sigma.data();
         known.sensor_sigma = &one;
-        Refusal why;
+        hnav::Refusal why;
         EXPECT_TRUE(problem->assign(known, why)) << why.text;
         linearisation->create(plant);
         if (with_dependencies) linearisation->use_dependencies(plant);
@@ -108,7 +108,7 @@ struct Linearised {
     Point at() const { return {0, x.data(), x.data() + problem->n, x.data() + problem->moving}; }
     bool prove(DerivativeProof* proof) {
         Numbers work(proof_doubles(*problem));
-        Refusal why;
+        hnav::Refusal why;
         return hnav::observer::prove(plant, *problem, *linearisation, 0, work.data(), proof, why);
     }
 

@@ -111,7 +111,7 @@ struct OfWish {
         Statistics known{};
         known.start = known.start_sigma = known.sensor_sigma = &one;
         known.noise = &noise;
-        Refusal why;
+        hnav::Refusal why;
         EXPECT_TRUE(problem->assign(known, why)) << why.text;
         work->linearisation.create(plant);
         const Model model(plant, *problem, *work, stiff, trouble, {});
