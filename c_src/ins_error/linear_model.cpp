@@ -6,6 +6,76 @@
 #include <cstdio>
 
 namespace hnav {
+namespace {
+
+Small given(const double* values, int rows, int columns) {
+    Small m(rows, columns);
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j) m(i, j) = values[i * columns + j];
+    return m;
+}
+
+// G Qw G'; the identity stands for a G that is not given.
+Small noise(const double* G, const double* Qw, int n, int nw) {
+    const Small W = given(Qw, nw, nw);
+    if (!G) return 0.5 * (W + W.transpose());
+    const Small M = given(G, n, nw);
+    const Small S = M * W * M.transpose();
+    return 0.5 * (S + S.transpose());
+}
+
+bool numbers(const char* name, const double* values, int rows, int columns, Refusal& why) {
+    if (!values) return why.refuse(Refusal::null, "%s is null", name);
+    for (int i = 0; i < rows; ++i)
+        for (int j = 0; j < columns; ++j)
+            if (!std::isfinite(values[i * columns + j]))
+                return rows == 1 ? why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, j, values[j])
+                                 : why.refuse(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j,
+                                              values[i * columns + j]);
+    return true;
+}
+
+// Tested as a correlation matrix: a velocity in m/s beside an angle in rad must not mask the angle's error.
+bool covariance(const char* name, const double* values, int n, Refusal& why) {
+    if (!numbers(name, values, n, n, why)) return false;
+    const Small S = given(values, n, n);
+    Small correlation = Small::Identity(n, n);
+    for (int i = 0; i < n; ++i)
+        if (S(i, i) < 0)
+            return why.refuse(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i, S(i, i));
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+            const double scale = std::sqrt(S(i, i)) * std::sqrt(S(j, j));
+            if (std::fabs(S(i, j) - S(j, i)) > 1e-9 * scale)
+                return why.refuse(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name, name, i,
+                                  j, S(i, j), name, j, i, S(j, i));
+            if (i == j) continue;
+            if (std::fabs(S(i, j)) > (1 + 1e-9) * scale)
+                return why.refuse(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances",
+                                  name, name, i, j, S(i, j));
+            correlation(i, j) = scale > 0 ? S(i, j) / scale : 0;
+        }
+    const double smallest = smallest_eigenvalue(correlation);
+    return smallest >= -1e-9 ||
+           why.refuse(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
+                      smallest);
+}
+
+double spectral_radius(const Small& M) { return eigenvalues(M).cwiseAbs().maxCoeff(); }
+
+// Solves L = M L M' + W by doubling: after i iterations the sum has 2^i terms.
+Small stationary(Small M, const Small& W) {
+    Small L = W;
+    for (int turn = 0; turn < 64 && M.cwiseAbs().maxCoeff() > 1e-30; ++turn) {
+        const Small more = M * L * M.transpose();
+        L += more;
+        const Small squared = M * M;
+        M = squared;
+    }
+    return 0.5 * (L + L.transpose());
+}
+
+} // namespace
 
 bool LinearModel::sizes_fit(const ModelData& m, Refusal& why) {
     const auto inside = [&](const char* name, int n, int min) {
@@ -108,70 +178,6 @@ bool LinearModel::start_of_lambda(const ModelData& m, const Discrete& lambda, Sm
                           "Lambda0 is null, and An of spectral radius 1 has no stationary covariance to stand for it");
     *start = stationary(lambda.A, lambda.Q);
     return true;
-}
-
-Small LinearModel::given(const double* values, int rows, int columns) {
-    Small m(rows, columns);
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j) m(i, j) = values[i * columns + j];
-    return m;
-}
-
-Small LinearModel::noise(const double* G, const double* Qw, int n, int nw) {
-    const Small W = given(Qw, nw, nw);
-    if (!G) return 0.5 * (W + W.transpose());
-    const Small M = given(G, n, nw);
-    const Small S = M * W * M.transpose();
-    return 0.5 * (S + S.transpose());
-}
-
-bool LinearModel::numbers(const char* name, const double* values, int rows, int columns, Refusal& why) {
-    if (!values) return why.refuse(Refusal::null, "%s is null", name);
-    for (int i = 0; i < rows; ++i)
-        for (int j = 0; j < columns; ++j)
-            if (!std::isfinite(values[i * columns + j]))
-                return rows == 1 ? why.refuse(Refusal::non_finite, "%s[%d] = %g is not finite", name, j, values[j])
-                                 : why.refuse(Refusal::non_finite, "%s[%d][%d] = %g is not finite", name, i, j,
-                                              values[i * columns + j]);
-    return true;
-}
-
-bool LinearModel::covariance(const char* name, const double* values, int n, Refusal& why) {
-    if (!numbers(name, values, n, n, why)) return false;
-    const Small S = given(values, n, n);
-    Small correlation = Small::Identity(n, n);
-    for (int i = 0; i < n; ++i)
-        if (S(i, i) < 0)
-            return why.refuse(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g", name, name, i, i, S(i, i));
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) {
-            const double scale = std::sqrt(S(i, i)) * std::sqrt(S(j, j));
-            if (std::fabs(S(i, j) - S(j, i)) > 1e-9 * scale)
-                return why.refuse(Refusal::impossible, "%s is not symmetric: %s[%d][%d] = %g and %s[%d][%d] = %g", name, name, i,
-                                  j, S(i, j), name, j, i, S(j, i));
-            if (i == j) continue;
-            if (std::fabs(S(i, j)) > (1 + 1e-9) * scale)
-                return why.refuse(Refusal::impossible, "%s is not positive semidefinite: %s[%d][%d] = %g exceeds the variances",
-                                  name, name, i, j, S(i, j));
-            correlation(i, j) = scale > 0 ? S(i, j) / scale : 0;
-        }
-    const double smallest = smallest_eigenvalue(correlation);
-    return smallest >= -1e-9 ||
-           why.refuse(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
-                      smallest);
-}
-
-double LinearModel::spectral_radius(const Small& M) { return eigenvalues(M).cwiseAbs().maxCoeff(); }
-
-Small LinearModel::stationary(Small M, const Small& W) {
-    Small L = W;
-    for (int turn = 0; turn < 64 && M.cwiseAbs().maxCoeff() > 1e-30; ++turn) {
-        const Small more = M * L * M.transpose();
-        L += more;
-        const Small squared = M * M;
-        M = squared;
-    }
-    return 0.5 * (L + L.transpose());
 }
 
 void LinearModel::judge_separability() {

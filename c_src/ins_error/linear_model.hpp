@@ -89,21 +89,6 @@ private:
     // The covariance of lambda(0): the given or the stationary one. Zero without colour.
     bool start_of_lambda(const ModelData& m, const Discrete& lambda, Small* start, Refusal& why) const;
 
-    static Small given(const double* values, int rows, int columns);
-
-    // G Qw G'; the identity stands for a G that is not given.
-    static Small noise(const double* G, const double* Qw, int n, int nw);
-
-    static bool numbers(const char* name, const double* values, int rows, int columns, Refusal& why);
-
-    // Tested as a correlation matrix: a velocity in m/s beside an angle in rad must not mask the angle's error.
-    static bool covariance(const char* name, const double* values, int n, Refusal& why);
-
-    static double spectral_radius(const Small& M);
-
-    // Solves L = M L M' + W by doubling: after i iterations the sum has 2^i terms.
-    static Small stationary(Small M, const Small& W);
-
     // A mode a of A is not separable from lambda when H a has the dynamics of lambda: (An - mu I) H a = Hd a = 0, with
     // Hd = H A - An H. If such a mode does not decay, the covariance grows without bound (Popov-Belevitch-Hautus).
     bool detectable(const Small& F, const Small& Hs, const Small& Ns, Refusal& why) const;
