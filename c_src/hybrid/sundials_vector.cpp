@@ -39,23 +39,16 @@ struct Vector {
     }
 
     static void linear_sum(real a, N_Vector x, real b, N_Vector y, N_Vector z) {
-        const double *X = data(x), *Y = data(y);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = a * X[i] + b * Y[i];
+        for (int i = 0; i < size(z); ++i) data(z)[i] = a * data(x)[i] + b * data(y)[i];
     }
     static void constant(real c, N_Vector z) {
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = c;
+        for (int i = 0; i < size(z); ++i) data(z)[i] = c;
     }
     static void product(N_Vector x, N_Vector y, N_Vector z) {
-        const double *X = data(x), *Y = data(y);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = X[i] * Y[i];
+        for (int i = 0; i < size(z); ++i) data(z)[i] = data(x)[i] * data(y)[i];
     }
     static void quotient(N_Vector x, N_Vector y, N_Vector z) {
-        const double *X = data(x), *Y = data(y);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = X[i] / Y[i];
+        for (int i = 0; i < size(z); ++i) data(z)[i] = data(x)[i] / data(y)[i];
     }
     static void scale(real c, N_Vector x, N_Vector z) {
         const double* X = data(x);
@@ -67,19 +60,13 @@ struct Vector {
         for (int i = 0; i < size(z); ++i) Z[i] = c * X[i];
     }
     static void absolute(N_Vector x, N_Vector z) {
-        const double* X = data(x);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = std::fabs(X[i]);
+        for (int i = 0; i < size(z); ++i) data(z)[i] = std::fabs(data(x)[i]);
     }
     static void inverse(N_Vector x, N_Vector z) {
-        const double* X = data(x);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = 1 / X[i];
+        for (int i = 0; i < size(z); ++i) data(z)[i] = 1 / data(x)[i];
     }
     static void add_constant(N_Vector x, real b, N_Vector z) {
-        const double* X = data(x);
-        double* Z = data(z);
-        for (int i = 0; i < size(z); ++i) Z[i] = X[i] + b;
+        for (int i = 0; i < size(z); ++i) data(z)[i] = data(x)[i] + b;
     }
     static real dot(N_Vector x, N_Vector y) {
         const double *X = data(x), *Y = data(y);
