@@ -81,7 +81,7 @@ void write_estimate(const AttitudeObject* f, const hnav_run_output& out, size_t 
 }
 
 // Of the row itself. before_s: newest_time_s before it.
-void write_course(const AttitudeObject* f, double before_s, const hnav_run_output& out, size_t i) {
+inline void write_course(const AttitudeObject* f, double before_s, const hnav_run_output& out, size_t i) {
     if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
     if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);
     if (out.accepted)
@@ -201,7 +201,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
     if (status != HNAV_OK) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
-    const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health;
+    const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
         const double before_s = wants_course ? object->newest_time_s() : 0;
         status = take_row(object, in.t_s[i], samples_of(in, i));
@@ -209,7 +209,7 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
         if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);
         if (wants_course) write_course(object, before_s, out, i);
-        if (out.ready) write_ready(object->estimate(At::shown), out, i);
+        if (wants_course && out.ready) write_ready(object->estimate(At::shown), out, i);
         if (rows_done) *rows_done = i + 1;
     }
     return HNAV_OK;
