@@ -89,7 +89,8 @@ void Instance::restart() {
     model_->clear();
     has_model_ = false;
     mode_ = instantiated;
-    said_lost_ = said_sparse_ = said_mistaken_ = said_repeated_ = said_implausible_ = judged_ = false;
+    said_lost_ = said_sparse_ = said_mistaken_ = said_repeated_ = judged_ = false;
+    said_implausible_ = nullptr;
     for (bool& said : said_refused_) said = false;
     touched_ = true;
     stale_ = ~0u;
@@ -284,8 +285,8 @@ void Instance::say_what_was_lost(double apart_s) {
             said_refused_[by] = true;
             fail("warning: %s; such samples are not used", why);
         }
-    if (const char* why = said_implausible_ ? nullptr : model_->implausible()) {
-        said_implausible_ = true;
+    if (const char* why = model_->implausible(); why && why != said_implausible_) {
+        said_implausible_ = why;
         fail("warning: %s", why);
     }
     if (const Lost held = said_repeated_ ? Lost{} : model_->repeated(); held.by) {

@@ -204,8 +204,9 @@ private:
     std::uint64_t token_ = 0;      // of the table
     std::uint64_t parameters_ = 0; // hash of the values that the model was created with
     bool logged_[3] = {};    // by status
-    bool said_lost_ = false, said_sparse_ = false, said_mistaken_ = false, said_repeated_ = false, said_implausible_ = false,
-         said_refused_[refusals] = {}, judged_ = false;
+    bool said_lost_ = false, said_sparse_ = false, said_mistaken_ = false, said_repeated_ = false, said_refused_[refusals] = {},
+         judged_ = false;
+    const char* said_implausible_ = nullptr; // the newest finding
     double seen_s_ = 0;      // time of the last look at the inputs
     unsigned stale_ = 0;     // groups whose rows are older than the model
     int first_state_ = -1, first_derivative_ = -1; // rows; states and derivatives stand together, in order

@@ -1,5 +1,5 @@
-// Detects samples of an inertial sensor in g or deg/s, or without gravity, from the direction of gravity: an FMU receives numbers without
-// units.
+// Detects samples in another unit, because an FMU receives numbers without units: of an inertial sensor in g or deg/s, or without gravity,
+// from the direction of gravity; of a magnetometer, by the strength of the field of the Earth.
 #pragma once
 
 #include <cmath>
@@ -103,6 +103,35 @@ private:
     double strength_ = 0, strength2_ = 0; // sum over windows, and of the squares
     double said2_ = 0, seen2_ = 0, both_ = 0;
     double found_ = undecided;
+};
+
+// The same for the field of Ahrs and Hrekf; Ins takes it in any unit. No heading of Ahrs becomes ready with another strength.
+class FieldUnitCheck {
+public:
+    void take(const double* field) {
+        const double strength = std::sqrt(field[0] * field[0] + field[1] * field[1] + field[2] * field[2]);
+        if (samples_ == enough || !std::isfinite(strength)) return;
+        strength_ += strength / enough;
+        samples_ += 1;
+    }
+
+    // The finding, or null if there is none.
+    const char* finding() const {
+        // 22 to 67 uT, and more for the scale error of an uncalibrated sensor. A unit vector is no field in gauss: Hrekf may have one.
+        if (samples_ < enough) return nullptr;
+        if (is_within(15, 100)) return "mag.field has a strength of 15 to 100: this looks like uT; multiply it by 1e-6";
+        if (is_within(150, 1000)) return "mag.field has a strength of 150 to 1000: this looks like mG; multiply it by 1e-7";
+        if (is_within(0.15, 0.8)) return "mag.field has a strength of 0.15 to 0.8: this looks like gauss; multiply it by 1e-4";
+        if (is_within(15e3, 100e3)) return "mag.field has a strength of 15000 to 100000: this looks like nT; multiply it by 1e-9";
+        return nullptr;
+    }
+
+private:
+    static constexpr double enough = 50; // samples
+
+    bool is_within(double least, double most) const { return strength_ > least && strength_ < most; }
+
+    double strength_ = 0, samples_ = 0; // mean
 };
 
 } // namespace hnav::fmu

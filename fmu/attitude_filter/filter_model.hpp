@@ -20,6 +20,7 @@ struct FilterMemory : InertialMemory<sensors> {
     double now_s;         // of the last step
     double behind;        // 1: outputs of the look-ahead must still be computed for now_s
     UnitCheck units;
+    FieldUnitCheck field_unit;
 };
 
 template <class Kind>
@@ -80,7 +81,10 @@ public:
     Lost repeated() const override { return memory_.sampled.repeated(name_of); }
     const char* mistaken() const override { return memory_.sampled.mistaken(name_of); }
 
-    const char* implausible() const override { return memory_.units.finding(); }
+    const char* implausible() const override {
+        const char* of_inertial = memory_.units.finding();
+        return of_inertial ? of_inertial : memory_.field_unit.finding();
+    }
 
     // An infeasible gamma remains infeasible from the first corrections on.
     bool judge(Message* what) override {
@@ -136,7 +140,7 @@ private:
         switch (s) {
         case HNAV_SENSOR_GYRO: memory_.units.take_rate(t_s, value); return hnav_filter_push_gyro(object_, t_s, value);
         case HNAV_SENSOR_ACCEL: memory_.units.take_force(value); return hnav_filter_push_accel(object_, t_s, value);
-        case HNAV_SENSOR_MAG: return hnav_filter_push_mag(object_, t_s, value);
+        case HNAV_SENSOR_MAG: memory_.field_unit.take(value); return hnav_filter_push_mag(object_, t_s, value);
         case HNAV_SENSOR_HEADING: return hnav_filter_push_heading(object_, t_s, value[0], value[1]);
         default: return hnav_filter_push_speed(object_, t_s, value[0], value[1]);
         }
