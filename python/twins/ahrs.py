@@ -344,7 +344,7 @@ class AhrsReference:
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.steps.response = self.transition() @ self.steps.response
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
-        if self.force_s > 0 and self.lasting_density2 == 0 and not self.tilt_converged(0.0):
+        if self.force_s > 0 and self.lasting_density2 == 0 and not self.is_tilt_within(0.0, np.radians(2)):
             # The error of the start may exceed its sigma.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         self.travel()
@@ -847,14 +847,15 @@ class AhrsReference:
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
         added = self.tilt_excess.variance + max(self.hold_error()[:2] ** 2)
-        small = self.tilt_converged(added) and self.vehicle_tilt.square() < self.o.ready_tilt_rad**2
+        limit = self.o.ready_tilt_rad
+        small = self.is_tilt_within(added, limit) and self.vehicle_tilt.square() < limit**2
         steady = self.speed.is_fresh() or not self.lasting.may_accelerate()
         return bool(small) and steady and not self.lasting.lacks_gravity()
 
-    def tilt_converged(self, added: float) -> bool:
+    def is_tilt_within(self, added: float, limit_rad: float) -> bool:
         """added: variance beside that of P, rad^2."""
-        limit2 = self.o.ready_tilt_rad**2
-        return bool(max(np.diag(self.P)[PHI][:2]) + added < limit2 and self.information[0] > 1 / limit2)
+        small = max(np.diag(self.P)[PHI][:2]) + added < limit_rad**2
+        return bool(small and self.information[0] > 1 / limit_rad**2)
 
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""

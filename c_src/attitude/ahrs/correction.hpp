@@ -114,7 +114,7 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && s.force_s > 0 && !is_given_to_travel() && !tilt_converged(s, 0))
+    if (robust_.mode != GammaMode::off && s.force_s > 0 && !is_given_to_travel() && !is_tilt_found(s))
         inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;

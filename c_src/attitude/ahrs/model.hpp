@@ -153,17 +153,20 @@ private:
     }
 
     bool tilt_ready(const State& s) const {
-        return tilt_converged(s, s.tilt_excess.variance + hold_error(s).template head<2>().cwiseAbs2().maxCoeff()) &&
-               s.vehicle_tilt.square() < R(options_.ready_tilt_rad * options_.ready_tilt_rad) &&
+        const R limit_rad = R(options_.ready_tilt_rad);
+        const R added = s.tilt_excess.variance + hold_error(s).template head<2>().cwiseAbs2().maxCoeff();
+        return is_tilt_within(s, added, limit_rad) && s.vehicle_tilt.square() < limit_rad * limit_rad &&
                (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2))) && !s.lasting.lacks_gravity(R(gravity_m_s2));
     }
     static R larger_tilt_variance(const State& s) {
         return std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
     }
     // added: variance in addition to that of P, rad^2
-    bool tilt_converged(const State& s, R added) const {
-        return angle_ready(larger_tilt_variance(s) + added, s.information.tilt, R(options_.ready_tilt_rad));
+    static bool is_tilt_within(const State& s, R added, R limit_rad) {
+        return angle_ready(larger_tilt_variance(s) + added, s.information.tilt, limit_rad);
     }
+    // The horizon is found, and its covariance is no longer inflated. Not ready_tilt_rad, because the limit of a flag changes no estimate.
+    static bool is_tilt_found(const State& s) { return is_tilt_within(s, 0, R(2 * M_PI / 180)); }
 
     static constexpr R suspected_hold = R(0.03); // prior probability that the option gyro_hold is wrong
     // A rate may as well be a reading of its instant, half an interval from the mean that it is taken for; in squared intervals. If force
