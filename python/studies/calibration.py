@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 from hnav.cli.console import say, show
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer
-from studies.command import study, tracked
+from studies.command import tracked
 
 COVERAGES = ("every attitude", "tilt 60 deg", "tilt 45 deg", "tilt 35 deg", "tilt 25 deg", "tilt 10 deg", "one pole", "yaw only")
 NOISES = (0.002, 0.005, 0.01, 0.02)
@@ -126,9 +126,3 @@ def command(
     table.add_row("all", "", "", *row(done))
     show(table, width=120)
     say(f"not listed: all refused; answers with an empty note: {sum(a is not None and not a.note for a in done)}")
-
-
-main = study("calibration", command)
-
-if __name__ == "__main__":
-    main()

@@ -27,7 +27,7 @@ from hnav.errors import HnavError
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.systems.turntable_recording import INTERVAL_S, Turntable
-from studies.command import check_choices, study, titled_table, tracked
+from studies.command import check_choices, titled_table, tracked
 
 SEED, BEGIN_S, DURATION_S = 5, 15.0, 25.0
 PARTS = ("time", "damaged")
@@ -169,9 +169,3 @@ def _damage_table(only: str | None) -> Table:
     for name in tracked([name for name in DAMAGES if only in (None, name)], "damage"):
         table.add_row(*damaged(name))
     return table
-
-
-main = study("certificate", command)
-
-if __name__ == "__main__":
-    main()

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -26,10 +27,11 @@ Rows = Annotated[int, typer.Option(min=100, help="Of the recording")]
 Checkout = Annotated[Path, typer.Option(metavar="FOLDER", help="A checkout with its build instead of this one")]
 
 
-def study(name: str, command: Callable[..., Any]) -> Callable[..., None]:
-    """main(arguments=None) of the study whose function is given."""
+def main_of(name: str) -> Callable[..., None]:
+    """main(arguments=None) of a study: the function command of its module, or of the module study in its package."""
+    module = import_module(f"studies.{name}")
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-    app.command()(command)
+    app.command()((import_module(f"studies.{name}.study") if hasattr(module, "__path__") else module).command)
 
     def main(arguments: Sequence[str] | None = None) -> None:
         answer(f"study {name}", app, arguments)

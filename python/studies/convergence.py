@@ -29,7 +29,7 @@ from hnav.filters.ins import Ins
 from hnav.filters.options import Options
 from hnav.reports.colours import FAINT, INK, SKY
 from hnav.reports.plots import figure
-from studies.command import WORKERS, Workers, draw_into, study
+from studies.command import WORKERS, Workers, draw_into
 from studies.peers import PEERS, Assumed
 from studies.processes import in_order
 from studies.robust import ASSUMED, DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Run, Scenario, errors_of, simulate
@@ -209,9 +209,3 @@ def command(
         show(times_table(found, claim, seeds), width=170)
     show(rest_table(found, seeds), width=170)
     draw_into(picture, draw, found)
-
-
-main = study("convergence", command)
-
-if __name__ == "__main__":
-    main()

@@ -24,7 +24,7 @@ from hnav.cli.words import UsageError
 from hnav.io.trajectories import read_trajectory
 from hnav.native.arrays import Array
 from hnav.reports.comparison import Comparison, compare
-from studies.command import study, titled_table, tracked
+from studies.command import titled_table, tracked
 
 PAIRS = 3
 RATE_HZ, DURATION_S = 100, 20.0
@@ -122,9 +122,3 @@ def command() -> None:
                 )
     show(table, width=140)
     say(f"largest difference {worst:.1e}")
-
-
-main = study("evo_peer", command)
-
-if __name__ == "__main__":
-    main()

@@ -27,7 +27,7 @@ from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.reports.colours import BLUE, GREEN, VERMILION
 from hnav.reports.plots import figure
-from studies.command import WORKERS, Workers, draw_into, study, titled_table
+from studies.command import WORKERS, Workers, draw_into, titled_table
 from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
 from studies.processes import in_order
 from studies.robust import ASSUMED, SETTLED_S, Run
@@ -162,9 +162,3 @@ def command(
         table.add_row(law.mode, f"{law.rate_1_s:g}", *("-" if np.isinf(value) else f"{value:.3g}" for value in figures))
     show(table, width=120)
     draw_into(picture, draw, found)
-
-
-main = study("gamma", command)
-
-if __name__ == "__main__":
-    main()

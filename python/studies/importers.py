@@ -21,7 +21,7 @@ import fmpy
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.fmi.fmus import fmu_path
-from studies.command import study, titled_table, tracked
+from studies.command import titled_table, tracked
 
 # As a user does who sets nothing; the end of each output, and what the log has of errors.
 PYFMI = """
@@ -134,9 +134,3 @@ def command() -> None:
             continue
         table.add_row(name, f"FMI {version} {kind}", *(cell(importer, path, version, kind) for importer in IMPORTERS))
     show(table)
-
-
-main = study("importers", command)
-
-if __name__ == "__main__":
-    main()

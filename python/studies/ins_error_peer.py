@@ -18,7 +18,6 @@ from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.filters.linear_model import LinearModel
-from studies.command import study
 
 N, STEPS, ROUNDS = 8, 1000, 9
 
@@ -67,9 +66,3 @@ def command() -> None:
     say(f"one step of 16 states and 8 measurements, all outputs, us of the processor, {ROUNDS} rounds of {STEPS} steps")
     for name, seconds in times.items():
         say(f"{name:24} least {min(seconds) / STEPS * 1e6:7.2f}   median {statistics.median(seconds) / STEPS * 1e6:7.2f}")
-
-
-main = study("ins_error_peer", command)
-
-if __name__ == "__main__":
-    main()

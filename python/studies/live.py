@@ -23,7 +23,7 @@ import typer
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
-from studies.command import study, titled_table
+from studies.command import titled_table
 
 LOCAL = "127.0.0.1"
 START_S = 20.0
@@ -105,9 +105,3 @@ def _wait_for(port: int) -> None:
                 return
         time.sleep(0.05)
     raise UsageError(f"hnav live does not serve its page within {START_S:g} s")
-
-
-main = study("live", command)
-
-if __name__ == "__main__":
-    main()

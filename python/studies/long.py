@@ -24,7 +24,7 @@ from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName
 from hnav.filters.attitude import Filter
 from hnav.rotations import quaternion_of_euler, rotated, rotation_error_rad
-from studies.command import study, tracked
+from studies.command import tracked
 
 PERIOD_S = 1000  # after which the motion repeats
 INTERVAL_S = 0.01
@@ -125,9 +125,3 @@ def command(
     say("flat" if is_flat(found) else "NOT flat")
     if not is_flat(found):
         raise typer.Exit(1)
-
-
-main = study("long", command)
-
-if __name__ == "__main__":
-    main()

@@ -20,7 +20,7 @@ import typer
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
-from studies.command import study, titled_table, tracked
+from studies.command import titled_table, tracked
 
 ROWS, RATE_HZ = 6000, 100.0
 ALONE = 5
@@ -71,9 +71,3 @@ def command(
             seconds, memory = filtered([*chosen, "--out", str(folder / f"out{count}"), "--workers", str(workers)])
             table.add_row(str(count), f"{seconds:.1f}", f"{seconds / count:.3f} s", f"{memory:.0f} MB")
         show(table)
-
-
-main = study("many", command)
-
-if __name__ == "__main__":
-    main()

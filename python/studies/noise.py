@@ -21,7 +21,7 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from studies.command import Trials, study, titled_table
+from studies.command import Trials, titled_table
 
 DEG = np.pi / 180
 GRADES = {"consumer": (7e-3 * DEG, 10 * DEG / 3600, 20 * DEG / 3600 / 60), "industrial": (3e-3 * DEG, 5 * DEG / 3600, 5 * DEG / 3600 / 60),
@@ -108,9 +108,3 @@ def command(
         show(figures_table(of_trials, "BROAD: still parts of all trials"))
         for line in untold(of_trials):
             say(line)
-
-
-main = study("noise", command)
-
-if __name__ == "__main__":
-    main()

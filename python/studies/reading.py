@@ -18,7 +18,6 @@ from rich.table import Table
 
 from hnav.cli.console import show
 from hnav.io.readers import read, read_aids
-from studies.command import study
 
 NAMES = [f"{kind}{axis}" for kind in "gam" for axis in "xyz"]
 LONG = tuple(zip((0, 3, 6), ("gyroscope", "accelerometer", "magnetometer")))
@@ -75,9 +74,3 @@ def command(largest: Annotated[float, typer.Option(help="Size of the largest fil
                 size, seconds = seconds_for(Path(folder) / "recording.txt", format, part * largest)
                 table.add_row(format, f"{size:.3g}", f"{seconds:.2f}", f"{seconds / size:.3f}")
     show(table)
-
-
-main = study("reading", command)
-
-if __name__ == "__main__":
-    main()

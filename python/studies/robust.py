@@ -24,7 +24,7 @@ from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from studies import larger_q
-from studies.command import check_choices, study
+from studies.command import check_choices
 from studies.peers import PEERS, Assumed, Peer, swap
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
@@ -301,9 +301,3 @@ def command(
         "The robust law is more accurate than an untuned EKF and recovers faster from an over-confident start; for a model that stays wrong "
         "an EKF with a larger Q is the most accurate, for a right model the EKF with the stated noise."
     )
-
-
-main = study("robust", command)
-
-if __name__ == "__main__":
-    main()

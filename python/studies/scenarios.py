@@ -19,7 +19,7 @@ from hnav.cli.montecarlo import means_table
 from hnav.cli.words import UsageError
 from hnav.systems.montecarlo import jobs, run_jobs
 from makers.turntable_scenarios import SCENARIOS
-from studies.command import WORKERS, Workers, check_choices, study
+from studies.command import WORKERS, Workers, check_choices
 from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
@@ -51,9 +51,3 @@ def command(
     chosen = scenarios.split(",")
     check_choices("--scenarios", chosen, SCENARIOS)
     show(means_table(measured(chosen, runs, workers, stop)), width=230)
-
-
-main = study("scenarios", command)
-
-if __name__ == "__main__":
-    main()

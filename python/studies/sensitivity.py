@@ -24,7 +24,6 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.reports.scores import score
-from studies.command import study
 
 NO_TUNING = (
     "start_q_nb",
@@ -75,9 +74,3 @@ def command(
         table.add_row(name, f"{value:g}", f"{up:.3f}", f"{down:.3f}")
     show(table, width=110)
     say(f"worst: {worst:.3f} deg")
-
-
-main = study("sensitivity", command)
-
-if __name__ == "__main__":
-    main()

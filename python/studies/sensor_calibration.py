@@ -30,7 +30,7 @@ from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.reports.scores import errors_rad
 from hnav.units import G_M_S2
-from studies.command import Trials, study, titled_table, tracked
+from studies.command import Trials, titled_table, tracked
 
 RATE_HZ = 100.0
 RESTS, REST_S, TURN_S = 16, 3.9, 3.62
@@ -174,9 +174,3 @@ def say_trials(folder: Path) -> None:
             reasons[re.sub(r"^.*?: |: lay.*|\d+ (?=attitudes)", "", str(error))] += 1
     for reason, n in reasons.most_common():
         say(f"BROAD: {n} trials: {reason}")
-
-
-main = study("sensor_calibration", command)
-
-if __name__ == "__main__":
-    main()

@@ -22,7 +22,6 @@ import typer
 from hnav.cli.console import bar, say
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import study
 
 SHARE = 50  # streams of one process
 STREAMS, THREADS = Path("c_src/tests/random_streams"), Path("c_src/tests/test_threads")
@@ -82,9 +81,3 @@ def command(
         if done.returncode:
             raise UsageError(f"threads: {(done.stderr.strip().splitlines() or ['a test failed'])[0]}")
         say("8 threads: clean under ThreadSanitizer")
-
-
-main = study("streams", command)
-
-if __name__ == "__main__":
-    main()

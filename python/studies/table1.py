@@ -23,7 +23,7 @@ from hnav.rotations import euler_rad
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.statistics import mean_interval, ratio_interval
-from studies.command import study, titled_table
+from studies.command import titled_table
 from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
@@ -100,9 +100,3 @@ def command(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime"
         task = progress.add_task("Table 1", total=runs * len(REGIMES))
         found = experiment(runs, list(REGIMES), lambda: progress.advance(task))
     show(table(found), width=190)
-
-
-main = study("table1", command)
-
-if __name__ == "__main__":
-    main()

@@ -28,7 +28,6 @@ from hnav.filters.observer_tuning import tune
 from hnav.io.outputs import write_files
 from hnav.io.sample_table import sample_table
 from hnav.native.arrays import Array
-from studies.command import study
 
 INTERVAL_S = 3.0
 EPOCH_S = 1_600_000_000.0
@@ -217,9 +216,3 @@ def command(
 
 def _range(values: list[float]) -> str:
     return f"{min(values):.0f} to {max(values):.0f}" if values else "-"
-
-
-main = study("thermal_box", command)
-
-if __name__ == "__main__":
-    main()

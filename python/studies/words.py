@@ -6,15 +6,17 @@ words than words_allowed.json permits; `--write` lowers the allowances to the pr
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
+from typing import Annotated
 
-TOP = Path(__file__).resolve().parents[2]
+import typer
+
+from hnav.places import CHECKOUT as TOP
+
 ALLOWED = Path(__file__).with_name("words_allowed.json")
 RIDDLES = (
     "told",
@@ -69,19 +71,14 @@ def findings(found: dict[str, Counter[str]], allowed: dict[str, int]) -> list[st
     ]
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("--write", action="store_true", help="lower the allowances to the present counts")
-    arguments = parser.parse_args()
+def command(write: Annotated[bool, typer.Option("--write", help="lower the allowances to the present counts")] = False) -> None:
+    """Counts riddle words by folder; exit code 1 where there are more than allowed."""
     found, allowed = counts(), json.loads(ALLOWED.read_text(encoding="utf-8"))
-    if arguments.write:
+    if write:
         lowered = {folder: min(n, found.get(folder, Counter()).total()) for folder, n in allowed.items()}
         ALLOWED.write_text(json.dumps({k: n for k, n in sorted(lowered.items()) if n}, indent=1) + "\n", encoding="utf-8")
-        return 0
+        return
     lines = findings(found, allowed)
     print("\n".join(lines or [f"{sum(words.total() for words in found.values())} riddle words, none above its allowance"]))
-    return 1 if lines else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+    if lines:
+        raise typer.Exit(1)

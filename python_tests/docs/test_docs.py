@@ -222,7 +222,7 @@ def test_a_command_of_the_readme_runs(line, scratch, request):
         trial = next(iter(request.getfixturevalue("broad_trials").values()))
         (scratch / "DIR").mkdir()
         (scratch / "DIR" / trial.name).symlink_to(trial)
-    module = ["hnav", *words[1:]] if words[0] == "hnav" else [f"studies.{words[1]}", *words[2:]]
+    module = ["hnav", *words[1:]] if words[0] == "hnav" else ["studies", *words[1:]]
     environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "HNAV_LIBRARY": str(LIBRARY)}
     done = subprocess.run([sys.executable, "-m", *module], capture_output=True, text=True, env=environment, timeout=120)
     assert done.returncode == 0, done.stderr
@@ -288,6 +288,6 @@ def study_options(name: str) -> set[str]:
     """The options of a study, from its help: each study reads its arguments in its own way."""
     assert importlib.util.find_spec(f"studies.{name}") is not None, f"there is no study {name}"
     environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "COLUMNS": "200"}
-    said = subprocess.run([sys.executable, "-m", f"studies.{name}", "--help"], capture_output=True, text=True, env=environment)
+    said = subprocess.run([sys.executable, "-m", "studies", name, "--help"], capture_output=True, text=True, env=environment)
     assert said.returncode == 0, said.stderr
     return set(re.findall(r"--[a-z-]+", said.stdout))

@@ -18,14 +18,15 @@ from hnav.io.readers.broad import find_trials, is_disturbed
 from hnav.io.recordings import Recording
 from hnav.reports.scores import score
 from studies.bench import peers
-from studies.bench.__main__ import main
 from studies.bench.contenders import DEFAULT_FILTERS, Contender, Estimate, contenders, own_contender
 from studies.bench.peers import PEERS, Peer, run_peer, samples_of
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import Row, run_trial, summary
 from studies.bench.stress import variants
-from studies.command import write_rows
+from studies.command import main_of, write_rows
 from studies.readiness.starts import simulated_start
+
+main = main_of("bench")
 
 RATE_HZ = 100.0
 

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from command_line import answered
-from studies.calibration import COVERAGES, Answer, answer, attitudes, main, row
+from studies.calibration import COVERAGES, Answer, answer, attitudes, row
+from studies.command import main_of
+
+main = main_of("calibration")
 
 SHORT = [(c, noise, outliers) for c in COVERAGES for noise, outliers in ((0.002, 0.0), (0.005, 0.2), (0.02, 0.05))]
 

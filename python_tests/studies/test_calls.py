@@ -7,7 +7,7 @@ import pytest
 
 from hnav.cli.words import UsageError
 from hnav.fmi.fmus import fmu_path
-from studies.calls.__main__ import Case, built, counts_of, plan_of
+from studies.calls.study import Case, built, counts_of, plan_of
 
 ARCHIVES = [("Ahrs", 2, "CS"), ("AhrsArrays", 3, "ME"), ("InsClocks", 3, "CS"), ("Gnss", 3, "CS"), ("Observer", 2, "ME")]
 

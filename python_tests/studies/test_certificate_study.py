@@ -7,7 +7,10 @@ from command_line import answered
 from hnav.certify.certificate import certify
 from hnav.certify.gain_record import GainRecord
 from hnav.systems.turntable_recording import INTERVAL_S, Turntable
-from studies.certificate import COSTS, DAMAGES, attack, main, recorded
+from studies.certificate import COSTS, DAMAGES, attack, recorded
+from studies.command import main_of
+
+main = main_of("certificate")
 
 
 @pytest.fixture(scope="module")

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from hnav.places import CHECKOUT
-from studies.compare.__main__ import main
+from studies.command import main_of
 from studies.compare.recordings import FAULTS, write
 from studies.compare.scenarios import all_scenarios
 from studies.compare.verdict import Moved, judged, sigma_of
 from studies.compare.worker import FAILURE
+
+main = main_of("compare")
 
 VALUES = np.array([1.0, math.nan, 0.0, -3.0])
 needs_build = pytest.mark.skipif(not (CHECKOUT / "build/fmus/fmi2/Pendulum.fmu").is_file(), reason="no build: ./run build")

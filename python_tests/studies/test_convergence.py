@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from command_line import answered
 from studies import gamma
+from studies.command import main_of
 from studies.convergence import (
     AT_REST,
     CLAIMS_DEG,
@@ -15,13 +16,14 @@ from studies.convergence import (
     at_rest,
     converge,
     draw,
-    main,
     rest_table,
     settles,
     times_table,
 )
 from studies.peers import PEERS, Assumed, cross, turned
 from studies.robust import DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Scenario, errors_of, simulate
+
+main = main_of("convergence")
 
 T = 0.02
 

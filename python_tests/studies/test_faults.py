@@ -10,12 +10,15 @@ from hnav.io.recordings import Recording
 from hnav.rotations import quaternion_product
 from motion import tilted_motion
 from studies.bench.peers import Peer
-from studies.faults import __main__ as program
+from studies.command import main_of
 from studies.faults import experiment
+from studies.faults import study as program
 from studies.faults.events import AFTER_S, BEFORE_S, CLIP_RAD_S, EVENTS, simulated
 from studies.faults.experiment import damage_of, options_of, recoveries, settled_s
 from studies.faults.first_samples import FirstSample, first_samples
 from studies.faults.recordings import FAULTS
+
+main = main_of("faults")
 
 SHORT = ("16 g on one axis for 1 s", "field stuck for 20 s")
 
@@ -63,7 +66,7 @@ def test_three_seeds_of_an_event(event):
 def test_the_table_has_a_row_for_each_event(monkeypatch):
     for module in (experiment, program):
         monkeypatch.setattr(module, "EVENTS", {name: EVENTS[name] for name in SHORT})
-    done = answered(program.main, "--part", "events", "--seeds", "1", "--workers", "1")
+    done = answered(main, "--part", "events", "--seeds", "1", "--workers", "1")
     assert done.returncode == 0, done.stderr
     assert all(name in done.stdout for name in SHORT)
 
@@ -93,10 +96,10 @@ def test_a_false_first_sample_leaves_the_attitude_as_it_is_without_it():
 def test_the_first_sample_decides_where_one_is_enough():
     found = list(first_samples(4, "force", options_of("ahrs", {"start_samples": "1"})))
     assert max(start.false_deg - start.without_deg for start in found) > 0.05
-    assert "of 4 starts as good" in answered(program.main, "--part", "starts", "--seeds", "4", "--workers", "1").stdout
+    assert "of 4 starts as good" in answered(main, "--part", "starts", "--seeds", "4", "--workers", "1").stdout
 
 
 def test_what_cannot_be_is_refused_in_one_line(monkeypatch):
     monkeypatch.delenv("BROAD_DIR", raising=False)
-    assert "choose from starts, events, recordings" in answered(program.main, "--part", "all").stderr
-    assert "set BROAD_DIR" in answered(program.main, "--part", "recordings").stderr
+    assert "choose from starts, events, recordings" in answered(main, "--part", "all").stderr
+    assert "set BROAD_DIR" in answered(main, "--part", "recordings").stderr

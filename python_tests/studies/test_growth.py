@@ -6,9 +6,12 @@ import pytest
 from command_line import answered
 from hnav.errors import HnavError
 from hnav.io.readers import read
-from studies.growth.__main__ import PARTS, main
+from studies.command import main_of
 from studies.growth.measures import of_age, of_filters, of_rows, of_workers, write_rows
+from studies.growth.study import PARTS
 from studies.long import Motion
+
+main = main_of("growth")
 
 
 def test_the_file_holds_the_motion_however_long_it_is(tmp_path):

@@ -5,10 +5,13 @@ import pytest
 
 from command_line import answered
 from hnav.systems.aircraft import models_folder, read_aircraft
-from studies.ins_error_faults.__main__ import OURS, main, scores_of
+from studies.command import main_of
 from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import Matched, Peer, run_peer
+from studies.ins_error_faults.study import OURS, scores_of
 from studies.ins_error_table.comparison import FAULT, run_oracle
+
+main = main_of("ins_error_faults")
 
 PLANE = read_aircraft(models_folder() / "f4c_longitudinal.json")
 CASES = cases_of(PLANE)

@@ -4,8 +4,10 @@ import pytest
 
 from command_line import answered
 from hnav.systems.aircraft import models_folder, read_aircraft
-from studies.ins_error_table.__main__ import main
+from studies.command import main_of
 from studies.ins_error_table.comparison import FAULT, ORACLE, OURS, PAPER, alarms, compare
+
+main = main_of("ins_error_table")
 
 LONGITUDINAL = models_folder() / "f4c_longitudinal.json"
 LATERAL = models_folder() / "f4c_lateral.json"

@@ -8,9 +8,12 @@ import pytest
 from checkout import built_system
 from command_line import answered
 from hnav.filters import run_files
+from studies.command import main_of
 from studies.interrupted import commands
-from studies.interrupted.__main__ import FULL, KILLED, READ_ONLY, interrupt, main, table
 from studies.interrupted.commands import NEW, NOT_WHOLE, OLD
+from studies.interrupted.study import FULL, KILLED, READ_ONLY, interrupt, table
+
+main = main_of("interrupted")
 
 KILLS = {"simulate": 2, "filter": 2, "montecarlo": 1, "report": 2}
 

@@ -9,9 +9,11 @@ import pytest
 from command_line import answered
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Filter
+from studies.command import main_of
 from studies.long import Day, Motion, days_of, is_flat
-from studies.long import main as long
 from studies.streams import SHARE, counts_of, random_streams
+
+long = main_of("long")
 
 
 def test_rates_of_the_motion_lead_from_attitude_to_attitude():

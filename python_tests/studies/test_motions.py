@@ -10,10 +10,12 @@ from command_line import answered
 from hnav import earth
 from hnav.rotations import quaternion_product
 from studies.bench import motions
-from studies.bench.__main__ import main
 from studies.bench.contenders import Contender, Estimate, own_contender
 from studies.bench.motions import KINDS, RATE_HZ, motion, sensor_of
 from studies.bench.rows import run_trial
+from studies.command import main_of
+
+main = main_of("bench")
 
 
 class WithoutErrors:

@@ -8,9 +8,9 @@ import pytest
 pytest.importorskip("tree_sitter_cpp")
 
 from checkout import TOP
-from studies.mutants.__main__ import COUNT, COUNT_OF_ROOM, EVERYTHING, Fate, equivalents, table_of
 from studies.mutants.mutated_copy import ROOMS, SWITCH, chosen, mutated, sample, write_copy
 from studies.mutants.sites import mutants_of
+from studies.mutants.study import COUNT, COUNT_OF_ROOM, EVERYTHING, Fate, equivalents, table_of
 from studies.mutants.trials import how_it_failed
 
 SOURCE = b"""

@@ -6,9 +6,12 @@ import pytest
 from checkout import TOP
 from command_line import answered
 from hnav.systems.statistics import normalised_squares
+from studies.command import main_of
 from studies.observer import bounds, cost, events, laws, size, tank
-from studies.observer.__main__ import bounds_table, cost_table, laws_table, main, size_table, tank_table
 from studies.observer.smooth import results
+from studies.observer.study import bounds_table, cost_table, laws_table, size_table, tank_table
+
+main = main_of("observer")
 
 
 def test_the_mean_error_of_a_few_runs_is_as_stated(monkeypatch):

@@ -5,8 +5,10 @@ import pytest
 
 from command_line import answered
 from hnav.io.readers import read
+from studies.command import main_of
 from studies.pictures import circle, hybrid, overview
-from studies.pictures.__main__ import main
+
+main = main_of("pictures")
 
 
 def test_the_picture_of_the_readme_is_made_by_a_command(broad_trials, tmp_path):

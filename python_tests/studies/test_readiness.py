@@ -7,10 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from command_line import Answer, answered
+from studies.command import main_of
 from studies.readiness import starts as readiness
-from studies.readiness.__main__ import main
 from studies.readiness.experiment import Start, experiment, figures, judge
 from studies.readiness.starts import DISTURBANCES, GROUPS, HIDDEN_GROUPS, MOTIONS, simulated_start
+
+main = main_of("readiness")
 
 
 def run(*arguments: str) -> Answer:

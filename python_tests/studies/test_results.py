@@ -6,7 +6,7 @@ import re
 import pytest
 
 from checkout import TOP
-from studies.results import __main__ as results
+from studies.results import study as results
 from studies.results.tables import json_text, markdown, read_printed
 
 PAGE = TOP / "docs" / "results.md"

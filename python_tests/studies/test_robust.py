@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from command_line import answered
-from studies.robust import CLAIMS, FILTERS, SCENARIOS, WALK, adapted, main, seconds_to, settled_rms, simulate
+from studies.command import main_of
+from studies.robust import CLAIMS, FILTERS, SCENARIOS, WALK, adapted, seconds_to, settled_rms, simulate
+
+main = main_of("robust")
 
 
 def test_a_run_is_what_its_scenario_says():

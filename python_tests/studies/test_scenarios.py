@@ -8,8 +8,11 @@ from hnav.errors import HnavError
 from hnav.filters.options import Options
 from hnav.systems.montecarlo import Job, rows_of
 from studies.bench.contenders import LARGER_Q, own_contender
+from studies.command import main_of
 from studies.larger_q import FACTOR, NAME, WALK, in_turntable, larger_q
-from studies.scenarios import main, measured
+from studies.scenarios import measured
+
+main = main_of("scenarios")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,10 @@ import pytest
 from command_line import answered
 from hnav.fmi.engines import run_recording
 from hnav.reports.scores import score
-from studies.sensitivity import main, mean_error_deg, tuned_options
+from studies.command import main_of
+from studies.sensitivity import mean_error_deg, tuned_options
+
+main = main_of("sensitivity")
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studies.counting import write_samples
-from studies.small.__main__ import (
+from studies.small.study import (
     CONTENDERS,
     WORK,
     Contender,

@@ -9,10 +9,10 @@ import pytest
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.counting import times_ns, write_samples
-from studies.ins_speed.__main__ import SOLVERS, words, write_drive
-from studies.ins_speed.__main__ import built as built_for_ins
-from studies.instructions.__main__ import CASES, driver_of
-from studies.speed.__main__ import CONTENDERS, WORK, built, fetched_sources
+from studies.ins_speed.study import SOLVERS, words, write_drive
+from studies.ins_speed.study import built as built_for_ins
+from studies.instructions.study import CASES, driver_of
+from studies.speed.study import CONTENDERS, WORK, built, fetched_sources
 
 needs_recordings = pytest.mark.skipif("BROAD_DIR" not in os.environ, reason="BROAD_DIR is not set: no BROAD recordings")
 needs_library = pytest.mark.skipif(not (CHECKOUT / "build/c_src/libhnav.so").is_file(), reason="no build: ./run build")

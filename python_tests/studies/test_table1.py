@@ -6,7 +6,10 @@ import pytest
 from command_line import answered
 from hnav.errors import HnavError
 from hnav.systems.simulation import simulate
-from studies.table1 import FILTERS, experiment, main, squared_errors_deg2
+from studies.command import main_of
+from studies.table1 import FILTERS, experiment, squared_errors_deg2
+
+main = main_of("table1")
 
 
 def test_table1_starts_at_the_first_correction_and_follows_the_regimes():

@@ -1,4 +1,4 @@
-"""python -m studies.speed: fetches and builds the peers, links them with the library, and runs each contender."""
+"""Fetches and builds the peers, links them with the library, and runs each contender."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rich.table import Column, Table
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import Checkout, Rows, study
+from studies.command import Checkout, Rows
 from studies.counting import ROWS, compile_program, counted, has_valgrind, run_compiler, times_ns, write_samples
 
 HERE = Path(__file__).parent
@@ -97,9 +97,3 @@ def command(
     program = built(checkout.resolve(), fetched_sources())
     show(table_of(program, samples, rows))
     say("ratio: to VQF; of what sees the future, to offlineVQF")
-
-
-main = study("speed", command)
-
-if __name__ == "__main__":
-    main()

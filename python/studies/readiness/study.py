@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
-from studies.command import WORKERS, Seed, Workers, after, study, titled_table, tracked, write_rows
+from studies.command import WORKERS, Seed, Workers, after, titled_table, tracked, write_rows
 from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
 from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
 
@@ -73,9 +73,3 @@ def row_of(start: Start) -> dict[str, object]:
     """Of the CSV."""
     values = {name: value for name, value in vars(start).items() if name != "heading_z2"}
     return values | {f"heading_z2_{t_s:g}_s": z2 for t_s, z2 in zip(JUDGED_S, start.heading_z2)} | {"wrong": start.wrong}
-
-
-main = study("readiness", command)
-
-if __name__ == "__main__":
-    main()

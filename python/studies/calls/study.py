@@ -24,7 +24,7 @@ from hnav.cli.words import UsageError
 from hnav.fmi.fmus import fmu_path
 from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT
-from studies.command import WORKERS, Workers, study, titled_table, tracked
+from studies.command import WORKERS, Workers, titled_table, tracked
 from studies.counting import run_compiler
 
 PROGRAM = CHECKOUT / ".cache" / "calls" / "driver"
@@ -142,9 +142,3 @@ def command(
             say(f"{case.archive.stem} FMI {case.version} {case.kind}: {line}")
     if total.broken:
         raise typer.Exit(1)
-
-
-main = study("calls", command)
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""python -m studies.ins_speed: writes a drive, builds the program that filters it, and runs each case."""
+"""Writes a drive, builds the program that filters it, and runs each case."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from rich.table import Column, Table
 
 from hnav.cli.console import say, show
 from hnav.places import CHECKOUT
-from studies.command import study
 from studies.counting import compile_program, counted, has_valgrind, times_ns
 from studies.ins.vehicles import vehicle
 
@@ -71,9 +70,3 @@ def command(seconds: Annotated[float, typer.Option(min=60, help="Of the drive, f
     drive = write_drive(WORK / "drive.bin", seconds)
     show(table_of(built(WORK / "timing"), drive))
     say(f"of a sample of rate and force, over {drive.rows} of them and {drive.aids} fixes")
-
-
-main = study("ins_speed", command)
-
-if __name__ == "__main__":
-    main()

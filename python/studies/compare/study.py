@@ -1,4 +1,4 @@
-"""python -m studies.compare: runs both revisions in parallel and prints the comparison."""
+"""Runs both revisions in parallel and prints the comparison."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
-from studies.command import study
 from studies.compare import worker
 from studies.compare.recordings import write
 from studies.compare.revision import FOLDER, REVISION, built
@@ -152,9 +151,3 @@ def command(
         write_files({table: json.dumps(answer, indent=1) + "\n"})
     if any(verdict.verdict != "equal" for verdict in found):
         raise typer.Exit(1)
-
-
-main = study("compare", command)
-
-if __name__ == "__main__":
-    main()

@@ -13,7 +13,7 @@ from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import models_folder, read_aircraft
-from studies.command import Seed, study
+from studies.command import Seed
 from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import PEERS, run_peer
 from studies.ins_error_table.comparison import FAULT, Result, run_filter, run_oracle
@@ -125,9 +125,3 @@ def alarms_table(scores: dict[str, dict[str, Score]]) -> Table:
         ends = (row[f].ends_s for f in ENDING)
         table.add_row(name, *(f"{100 * share:.1f}" for share in shares), *("-" if np.isnan(s) else f"{s:.2f}" for s in ends))
     return table
-
-
-main = study("ins_error_faults", command)
-
-if __name__ == "__main__":
-    main()

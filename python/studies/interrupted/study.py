@@ -18,7 +18,7 @@ from rich.table import Table
 from hnav.cli.console import bar, say, show
 from hnav.cli.words import UsageError
 from hnav.io.outputs import PART, temporary_folder
-from studies.command import study, titled_table
+from studies.command import titled_table
 from studies.interrupted.children import full_after, run_here, start, wait_for_writing, without_privilege
 from studies.interrupted.commands import NEW, NOT_WHOLE, OLD, Command, commands, comparable, contents, prepare
 
@@ -173,9 +173,3 @@ def command(
         say(f"fault: {fault}")
     if faults:
         raise UsageError(f"{len(faults)} faults")
-
-
-main = study("interrupted", command)
-
-if __name__ == "__main__":
-    main()

@@ -24,7 +24,7 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES
-from studies.command import WORKERS, Trials, Workers, study, titled_table, tracked
+from studies.command import WORKERS, Trials, Workers, titled_table, tracked
 from studies.plausibility.faults import FAULTS, Fault
 from studies.plausibility.good import MOTIONS, good_recording
 from studies.processes import in_order
@@ -91,9 +91,3 @@ def fault_table(made: list[Recording], trials: list[Recording]) -> Table:
         counts = [Counter(outcomes(fault, some)) for some in (made, trials) if some]
         table.add_row(name, said, *(str(count[word]) for count in counts for word in ("named", "said", "silent")))
     return table
-
-
-main = study("plausibility", command)
-
-if __name__ == "__main__":
-    main()

@@ -1,4 +1,4 @@
-"""python -m studies.small: builds the filters for a Cortex-M4F, measures them, and runs them in qemu beside this machine."""
+"""Builds the filters for a Cortex-M4F, measures them, and runs them in qemu beside this machine."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from rich.table import Column, Table
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import study
 from studies.counting import ROWS, write_samples
-from studies.speed.__main__ import fetched_sources
+from studies.speed.study import fetched_sources
 
 HERE = Path(__file__).parent
 WORK = CHECKOUT / ".cache" / "small"
@@ -165,9 +164,3 @@ def command(seconds: Annotated[float, typer.Option(min=1, max=69, help="Of the r
     write_samples(WORK / "recording.bin", rows)
     show(table_of(WORK / "recording.bin", rows))
     say("code: a program that only filters, with all that it calls of libm and libgcc; memory: of one filter")
-
-
-main = study("small", command)
-
-if __name__ == "__main__":
-    main()

@@ -15,7 +15,7 @@ from hnav import earth
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.filters.options import INS_PRESETS, Options
-from studies.command import WORKERS, Seed, Workers, after, check_choices, study, titled_table, tracked
+from studies.command import WORKERS, Seed, Workers, after, check_choices, titled_table, tracked
 from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
 from studies.ins import tilt as tilted
@@ -238,9 +238,3 @@ def hands_table(folder: Path, workers: int) -> Table:
             f"{np.nanmean([m.smoothed_z2 for m in of]):.2f}",
         )  # fmt: skip
     return out
-
-
-main = study("ins", command)
-
-if __name__ == "__main__":
-    main()

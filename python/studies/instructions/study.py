@@ -1,4 +1,4 @@
-"""python -m studies.instructions: builds the driver for each side and runs it under callgrind."""
+"""Builds the driver for each side and runs it under callgrind."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import Checkout, Rows, study
+from studies.command import Checkout, Rows
 from studies.compare.revision import REVISION, built
 from studies.counting import ROWS, counted, has_valgrind, run_compiler, write_samples
 
@@ -73,9 +73,3 @@ def command(
             say(f"{name:<34}{before:>9}{after:>9}{after / before:>9.3f}")
     if worst > 1 + TOLERANCE:
         raise typer.Exit(1)
-
-
-main = study("instructions", command)
-
-if __name__ == "__main__":
-    main()

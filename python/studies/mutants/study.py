@@ -15,7 +15,7 @@ from rich.table import Table
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
-from studies.command import study, tracked
+from studies.command import tracked
 from studies.mutants.mutated_copy import ROOMS, chosen, room_of, write_copy
 from studies.mutants.sites import Mutant
 from studies.mutants.trials import Build, Test, trial, with_reach
@@ -116,9 +116,3 @@ def command(
     alive = sum(fate.lives for fate in found)
     if alive > (1 - GOAL) * sum(bool(fate.by) or fate.lives for fate in found):
         raise typer.Exit(1)
-
-
-main = study("mutants", command)
-
-if __name__ == "__main__":
-    main()

@@ -18,7 +18,6 @@ from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
-from studies.command import study
 from studies.results.sections import FOLDERS, SECTIONS, Section
 from studies.results.tables import json_text, read_printed
 
@@ -55,7 +54,7 @@ def answer_of(section: Section) -> str:
     """What the command prints. Raises UsageError when it fails."""
     words = [os.environ[FOLDERS[word]] if word in FOLDERS else word for word in shlex.split(section.command)]
     # The build is that of ./run study, so the modules are called by themselves.
-    modules = {"study": ["-m", f"studies.{words[1]}", *words[2:]], "hnav": ["-m", "hnav", *words[1:]]}
+    modules = {"study": ["-m", "studies", *words[1:]], "hnav": ["-m", "hnav", *words[1:]]}
     done = subprocess.run([sys.executable, *modules[words[0]]], capture_output=True, text=True, cwd=CHECKOUT, check=False)
     if done.returncode:
         raise UsageError(f"./run {section.command}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
@@ -79,9 +78,3 @@ def processor() -> str:
     cpuinfo = Path("/proc/cpuinfo")
     names = re.findall(r"model name\s*: (.*)", cpuinfo.read_text()) if cpuinfo.is_file() else []
     return names[0].strip() if names else platform.machine()
-
-
-main = study("results", command)
-
-if __name__ == "__main__":
-    main()

@@ -31,7 +31,7 @@ from studies.bench.rows import (
     summary,
 )
 from studies.bench.stress import SETS, variant_count
-from studies.command import Trials, study, write_rows
+from studies.command import Trials, write_rows
 
 ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
 DRAWN = "BROAD"
@@ -172,9 +172,3 @@ def draw(path: Path, rows: Sequence[Row], entered: Sequence[Contender]) -> None:
     if not lines:
         raise UsageError("--picture: no filter finished a trial")
     save(draw_benchmark(lines, entered), path)
-
-
-main = study("bench", command)
-
-if __name__ == "__main__":
-    main()

@@ -11,7 +11,7 @@ from rich.table import Column, Table
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
-from studies.command import check_choices, study
+from studies.command import check_choices
 from studies.growth import measures
 from studies.growth.picture import draw_bars, draw_lines
 
@@ -86,9 +86,3 @@ def command(
             show(table, width=100)
             if pictures is not None:
                 draw(pictures / f"growth_{name}.png")
-
-
-main = study("growth", command)
-
-if __name__ == "__main__":
-    main()

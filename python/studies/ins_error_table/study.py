@@ -12,7 +12,7 @@ from rich.table import Table
 from hnav.cli.console import say, show
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import models_folder, read_aircraft
-from studies.command import Seed, study
+from studies.command import Seed
 from studies.ins_error_table.comparison import (
     AFTER,
     BEFORE,
@@ -150,9 +150,3 @@ def print_settings(planes: Sequence[Aircraft], settings: int, runs: int, seed: i
         share = ", ".join(f"{name} {count}" for name, count in zip(names, np.sum(rows, axis=0)))
         all_of_them = np.all(rows, axis=1).sum()
         say(f"{ours} better than {theirs} on all 8 channels in {all_of_them} of {settings} settings; by channel: {share}")
-
-
-main = study("ins_error_table", command)
-
-if __name__ == "__main__":
-    main()

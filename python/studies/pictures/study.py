@@ -27,7 +27,6 @@ from hnav.systems.simulation import simulate
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, contenders
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import benchmark, summary
-from studies.command import study
 from studies.pictures.circle import draw_circle
 from studies.pictures.hybrid import draw_hybrid
 from studies.pictures.overview import draw_overview
@@ -107,9 +106,3 @@ def save_small(picture: Picture, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         picture.convert("RGB").quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
     say(f"{path} ({path.stat().st_size / 1000:.0f} kB)")
-
-
-main = study("pictures", command)
-
-if __name__ == "__main__":
-    main()

@@ -23,7 +23,7 @@ from hnav.cli.parameters import FilterOrIns, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
-from studies.command import WORKERS, Seed, Trials, Workers, check_choices, study, titled_table, tracked
+from studies.command import WORKERS, Seed, Trials, Workers, check_choices, titled_table, tracked
 from studies.faults.events import EVENTS
 from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment, options_of
 from studies.faults.first_samples import SENSORS, first_samples, verdict
@@ -133,9 +133,3 @@ def _said(of_trials: Sequence[Damage]) -> str:
 
 def _seconds(value: float, digits: int = 1) -> str:
     return "-" if np.isnan(value) else "never" if np.isinf(value) else f"{value:.{digits}f}"
-
-
-main = study("faults", command)
-
-if __name__ == "__main__":
-    main()

@@ -8,7 +8,7 @@ import typer
 from rich.table import Column, Table
 
 from hnav.cli.console import show
-from studies.command import check_choices, study
+from studies.command import check_choices
 from studies.observer import bounds, cost, events, hindsight, laws, size, smooth, tank
 
 
@@ -98,9 +98,3 @@ def cost_table() -> Table:
             c.case, "-" if c.instructions is None else f"{c.instructions:.0f}", f"{c.least_us:.2f}", f"{c.median_us:.2f}"
         )
     return table
-
-
-main = study("observer", command)
-
-if __name__ == "__main__":
-    main()
