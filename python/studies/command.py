@@ -52,13 +52,15 @@ def tracked(items: Iterable[Item], what: str, total: float | None = None) -> Ite
         yield from progress.track(items, total, description=what)
 
 
-def titled_table(title: str, names: str, figures: str = "", **style: Any) -> Table:
-    """Without rows: columns of names, which are not broken, and of figures to the right; " | " parts their heads."""
+def titled_table(title: str, names: str, figures: str = "", rows: Iterable[Iterable[str]] = (), **style: Any) -> Table:
+    """Columns of names, which are not broken, and of figures to the right; " | " parts their heads."""
     table = Table(title=title, title_justify="left", **style)
     for name in names.split(" | "):
         table.add_column(name, no_wrap=True)
     for name in figures.split(" | ") if figures else ():
         table.add_column(name, justify="right")
+    for row in rows:
+        table.add_row(*row)
     return table
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
+from studies.processes import said_by
 
 TRIAL, ROWS = 7, 20000  # of BROAD: 70 s at 286 Hz
 
@@ -38,13 +39,6 @@ def counted(function: str, command: Sequence[str | Path]) -> int:
     return int(found.group(1))
 
 
-def run_compiler(command: Sequence[str | Path]) -> None:
-    """Raises UsageError with the end of what it said."""
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise UsageError(f"{command[0]} failed:\n{done.stderr[-1500:]}")
-
-
 def compile_program(
     sources: Sequence[Path], program: Path, checkout: Path, folders: Sequence[Path] = (), objects: Sequence[Path] = ()
 ) -> Path:
@@ -56,16 +50,13 @@ def compile_program(
     headers = [f"-I{folder}" for folder in (checkout / "c_src/include", Path(__file__).parent, *folders)]
     library = checkout / "build/c_src"
     link: list[str | Path] = ["-L", library, "-lhnav", f"-Wl,-rpath,{library}", "-o", program]
-    run_compiler(["c++", "-std=c++17", "-O3", *headers, *sources, *objects, *link])
+    said_by(["c++", "-std=c++17", "-O3", *headers, *sources, *objects, *link])
     return program
 
 
 def times_ns(command: Sequence[str | Path]) -> list[float]:
     """What a program prints, one number a line. Raises UsageError with what it complains about."""
-    done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise UsageError(done.stderr.strip())
-    return [float(line) for line in done.stdout.split()]
+    return [float(line) for line in said_by(command).split()]
 
 
 def write_samples(file: Path, rows: int) -> None:

@@ -1,10 +1,17 @@
-"""Work shared out to processes."""
+"""Work shared out to processes, and programs that are run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import importlib.util
+import os
+import subprocess
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from typing import TypeVar
+from pathlib import Path
+from typing import Any, TypeVar
+
+from hnav.cli.words import UsageError
+from hnav.places import CHECKOUT
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
@@ -20,3 +27,24 @@ def in_order(judge: Callable[[Item], Found], items: Iterable[Item], workers: int
         return
     with ProcessPoolExecutor(workers) as pool:
         yield from pool.map(judge, items, chunksize=chunk)
+
+
+def said_by(command: Sequence[str | Path], **where: Any) -> str:
+    """What a program prints; where: as of subprocess.run. Raises UsageError with the end of what it complains about."""
+    done: subprocess.CompletedProcess[str] = subprocess.run(
+        list(map(str, command)), capture_output=True, text=True, check=False, **where
+    )
+    if done.returncode:
+        raise UsageError(f"{' '.join(map(str, command[:3]))} failed:\n{(done.stderr or done.stdout).strip()[-1500:]}")
+    return done.stdout
+
+
+def sundials_source() -> Path | str:
+    given = os.environ.get("HNAV_SUNDIALS_SOURCE")
+    return given or next((CHECKOUT / "build/sundials/source").glob("sundials-*"), "")
+
+
+def fmi_headers() -> Path | str:
+    """Without them the library has no plants of FMUs."""
+    found = importlib.util.find_spec("fmpy")
+    return Path(str(found.origin)).parent / "c-code" if found else ""

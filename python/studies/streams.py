@@ -22,21 +22,20 @@ import typer
 from hnav.cli.console import bar, say
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
+from studies.processes import said_by
 
 SHARE = 50  # streams of one process
 STREAMS, THREADS = Path("c_src/tests/random_streams"), Path("c_src/tests/test_threads")
 
 
 def built(preset: str, program: Path) -> Path:
-    """The program in the build of this preset. Raises UsageError with the last line of what failed."""
+    """The program in the build of this preset. Raises UsageError."""
     folder = CHECKOUT / f"build-{preset}"
     steps = [["cmake", "--build", "--preset", preset, "--target", program.name]]
     if not (folder / "build.ninja").is_file():
         steps.insert(0, ["cmake", "--preset", preset])
     for step in steps:
-        done = subprocess.run(step, cwd=CHECKOUT, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise UsageError(f"{' '.join(step)}: {((done.stderr or done.stdout).strip().splitlines() or ['failed'])[-1]}")
+        said_by(step, cwd=CHECKOUT)
     return folder / program
 
 

@@ -15,8 +15,8 @@ from hnav.io.recordings import Origin, Unit
 from hnav.io.sensors import GRADES
 from hnav.io.turning import IDENTITY, WAYS, axes_text, best_fit, fit_of, fixed_axes, stay_of
 from motion import tilted_motion
-from studies.plausibility.faults import FAULTS
 from studies.plausibility.good import MOTIONS, good_recording
+from studies.plausibility.study import FAULTS
 
 SEEDS = 5
 

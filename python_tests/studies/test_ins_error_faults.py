@@ -6,10 +6,9 @@ import pytest
 from command_line import answered
 from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import main_of
-from studies.ins_error_faults.cases import Case, cases_of, fly_case
 from studies.ins_error_faults.peers import Matched, Peer, run_peer
-from studies.ins_error_faults.study import OURS, scores_of
-from studies.ins_error_table.comparison import FAULT, run_oracle
+from studies.ins_error_faults.study import OURS, Case, cases_of, fly_case, scores_of
+from studies.ins_error_table.study import FAULT, run_oracle
 
 main = main_of("ins_error_faults")
 

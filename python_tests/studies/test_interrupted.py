@@ -9,9 +9,8 @@ from checkout import built_system
 from command_line import answered
 from hnav.filters import run_files
 from studies.command import main_of
-from studies.interrupted import commands
-from studies.interrupted.commands import NEW, NOT_WHOLE, OLD
-from studies.interrupted.study import FULL, KILLED, READ_ONLY, interrupt, table
+from studies.interrupted import study as commands
+from studies.interrupted.study import FULL, KILLED, NEW, NOT_WHOLE, OLD, READ_ONLY, interrupt, table
 
 main = main_of("interrupted")
 

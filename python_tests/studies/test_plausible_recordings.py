@@ -6,8 +6,8 @@ import pytest
 from hnav import Recording
 from hnav.units import G_M_S2
 from studies.plausibility import study as program
-from studies.plausibility.faults import FAULTS
 from studies.plausibility.good import MOTIONS, good_recording
+from studies.plausibility.study import FAULTS
 
 
 @pytest.fixture(scope="module")

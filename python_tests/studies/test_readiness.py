@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from command_line import Answer, answered
 from studies.command import main_of
 from studies.readiness import starts as readiness
-from studies.readiness.experiment import Start, experiment, figures, judge
 from studies.readiness.starts import DISTURBANCES, GROUPS, HIDDEN_GROUPS, MOTIONS, simulated_start
+from studies.readiness.study import Start, experiment, figures, judge
 
 main = main_of("readiness")
 

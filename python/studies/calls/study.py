@@ -25,7 +25,7 @@ from hnav.fmi.fmus import fmu_path
 from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT
 from studies.command import WORKERS, Workers, titled_table, tracked
-from studies.counting import run_compiler
+from studies.processes import fmi_headers, said_by
 
 PROGRAM = CHECKOUT / ".cache" / "calls" / "driver"
 TYPES = {"Real": "r", "Float64": "r", "Integer": "i", "Int32": "i", "Enumeration": "e", "Boolean": "b", "Clock": "c"}
@@ -52,8 +52,8 @@ class Counts(NamedTuple):
 def built() -> Path:
     """The program. Raises UsageError."""
     PROGRAM.parent.mkdir(parents=True, exist_ok=True)
-    headers, source = Path(fmpy.__file__).parent / "c-code", Path(__file__).with_name("driver.cpp")
-    run_compiler(["c++", "-std=c++17", "-O2", "-g1", f"-I{headers}", f"-I{CHECKOUT / 'c_src'}", source, "-ldl", "-o", PROGRAM])
+    headers, source = fmi_headers(), Path(__file__).with_name("driver.cpp")
+    said_by(["c++", "-std=c++17", "-O2", "-g1", f"-I{headers}", f"-I{CHECKOUT / 'c_src'}", source, "-ldl", "-o", PROGRAM])
     return PROGRAM
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-import subprocess
 import sys
 from pathlib import Path
 
 from hnav.places import CHECKOUT
+from studies.processes import fmi_headers, said_by, sundials_source
 
 REVISION = "d7bc172"
 FOLDER = CHECKOUT / ".cache/compare"
@@ -17,29 +16,21 @@ LEAN = ["-DHNAV_BUILD_FMUS=ON", "-DHNAV_BUILD_TESTS=OFF", "-DHNAV_BUILD_BENCH=OF
 
 
 def built(revision: str) -> Path:
-    """The folder of the revision, with library, binding and FMUs. Raises SystemExit when it cannot be made."""
-    commit = _run(["git", "-C", str(CHECKOUT), "rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}"], revision)
-    folder = FOLDER / commit.decode().strip()[:12]
+    """The folder of the revision, with library, binding and FMUs. Raises UsageError when it cannot be made."""
+    commit = said_by(["git", "rev-parse", "--verify", f"{revision}^{{commit}}"], cwd=CHECKOUT)
+    folder = FOLDER / commit[:12]
     if (folder / COMPLETE).is_file():
         return folder
     print(f"building revision {revision} in {folder}, once", file=sys.stderr)
     folder.mkdir(parents=True, exist_ok=True)
-    archive = _run(["git", "-C", str(CHECKOUT), "archive", folder.name], revision)
-    subprocess.run(["tar", "-x", "-C", str(folder)], input=archive, check=True)
-    fmpy = importlib.util.find_spec("fmpy")
-    headers = Path(str(fmpy and fmpy.origin)).parent / "c-code"
-    places = [f"-DHNAV_FMI_HEADERS={headers}", f"-DHNAV_PYTHON={sys.executable}"]
-    # Reuses the downloads of this checkout.
-    sundials = [f"-DHNAV_SUNDIALS_SOURCE={path}" for path in CHECKOUT.glob("build/sundials/source/sundials-*")]
-    _run(["cmake", "--preset", "release", *LEAN, *places, *sundials[:1]], revision, folder)
-    _run(["cmake", "--build", "build", "--target", "python_binding", "hnav", "fmus"], revision, folder)
+    said_by(["git", "archive", "--output", folder / "source.tar", folder.name], cwd=CHECKOUT)
+    said_by(["tar", "-x", "-f", "source.tar"], cwd=folder)
+    places = [
+        f"-DHNAV_FMI_HEADERS={fmi_headers()}",
+        f"-DHNAV_PYTHON={sys.executable}",
+        f"-DHNAV_SUNDIALS_SOURCE={sundials_source()}",
+    ]
+    said_by(["cmake", "--preset", "release", *LEAN, *places], cwd=folder)
+    said_by(["cmake", "--build", "build", "--target", "python_binding", "hnav", "fmus"], cwd=folder)
     (folder / COMPLETE).touch()
     return folder
-
-
-def _run(command: list[str], revision: str, folder: Path = CHECKOUT) -> bytes:
-    done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
-    if done.returncode:
-        said = (done.stderr or done.stdout).decode(errors="replace").strip()[-1500:]
-        raise SystemExit(f"study compare: revision {revision}: {' '.join(command[:4])} failed: {said}")
-    return done.stdout

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from studies.compare.plants import PYTHON
-from studies.compare.recordings import CUT_S, FAULTS, STARTS_S, trials
+from studies.compare.recordings import CUT_S, FAULTS, PYTHON, STARTS_S, trials
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ A rule is left out of a copy of the sources that is built beside the library; no
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.mutants.mutated_copy import COPIED, put
-from studies.mutants.trials import sundials_source
+from studies.processes import said_by, sundials_source
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,5 @@ def library_without(name: str) -> Path:
         "-DHNAV_BUILD_EXAMPLES=OFF", "-DHNAV_BUILD_TESTS=OFF", f"-DHNAV_SUNDIALS_SOURCE={sundials_source()}",
     ]  # fmt: skip
     for step in (configure, ["cmake", "--build", str(binary), "--target", "hnav"]):
-        done = subprocess.run(step, capture_output=True, text=True, check=False)
-        if done.returncode:
-            raise UsageError(f"the copy without {name} cannot be built: {(done.stdout + done.stderr).strip()[-400:]}")
+        said_by(step)
     return binary / "c_src" / "libhnav.so"

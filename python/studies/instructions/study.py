@@ -14,7 +14,8 @@ from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.command import Checkout, Rows
 from studies.compare.revision import REVISION, built
-from studies.counting import ROWS, counted, has_valgrind, run_compiler, write_samples
+from studies.counting import ROWS, counted, has_valgrind, write_samples
+from studies.processes import said_by
 
 WORK = CHECKOUT / ".cache" / "instructions"
 TOLERANCE = 0.02  # of the old count; above it the study fails
@@ -40,7 +41,7 @@ def driver_of(checkout: Path, label: str) -> Path:
     WORK.mkdir(parents=True, exist_ok=True)
     source = checkout / "python/studies/instructions/driver.c"
     command: list[str | Path] = ["cc", "-O2", "-DSIZED", "-o", program, source, "-I", checkout / "c_src/include"]
-    run_compiler([*command, "-L", folder, "-lhnav", f"-Wl,-rpath,{folder}"])
+    said_by([*command, "-L", folder, "-lhnav", f"-Wl,-rpath,{folder}"])
     return program
 
 

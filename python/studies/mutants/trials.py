@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import re
 import resource
@@ -17,6 +16,7 @@ from pathlib import Path
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.mutants.mutated_copy import SWITCH
+from studies.processes import fmi_headers, sundials_source
 
 # Laws in Python: the filters beside those of the NumPy reference, what holds for every filter, and FMUs, which C++ tests do not have.
 PYTHON_LAWS = (
@@ -98,17 +98,6 @@ class Build:
     @property
     def library(self) -> Path:
         return self.binary / "c_src/libhnav.so"
-
-
-def sundials_source() -> Path | str:
-    given = os.environ.get("HNAV_SUNDIALS_SOURCE")
-    return given or next((CHECKOUT / "build/sundials/source").glob("sundials-*"), "")
-
-
-def fmi_headers() -> Path | str:
-    """Without them the library has no plants of FMUs."""
-    found = importlib.util.find_spec("fmpy")
-    return Path(str(found.origin)).parent / "c-code" if found else ""
 
 
 def gtest_names(program: Path) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import multiprocessing
 import tempfile
 import time
@@ -19,8 +18,8 @@ from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.native.arrays import Array
 from hnav.systems.statistics import normalised_squares
-from studies.counting import run_compiler
 from studies.long import memory_mb
+from studies.processes import fmi_headers, said_by
 
 SOURCE = Path(__file__).with_name("rod.c")
 SIZES = (10, 64, 200)
@@ -42,11 +41,9 @@ _DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 def rod_fmu(folder: Path, count: int, reach: int | None = 1, directional: bool = False) -> Path:
     """A rod of so many cells x0, x1, ... reach: cells to each side that a derivative is said to depend on, of which 1 is right; None: nothing
     is said. Raises UsageError without a C compiler."""
-    spec = importlib.util.find_spec("fmpy")
-    headers = Path(str(spec and spec.origin)).parent / "c-code"
     binary = folder / f"rod{count}.so"
     defined = [f"-DN={count}", f"-DRATE={RATE_1_S}", *(["-DDIRECTIONAL"] if directional else [])]
-    run_compiler(["cc", "-O2", "-shared", "-fPIC", *defined, f"-I{headers}", SOURCE, "-o", binary])
+    said_by(["cc", "-O2", "-shared", "-fPIC", *defined, f"-I{fmi_headers()}", SOURCE, "-o", binary])
 
     def unknown(i: int) -> str:
         near = [] if reach is None else [str(k + 1) for k in range(max(0, i - reach), min(count, i + reach + 1))]

@@ -1,20 +1,139 @@
-"""The command: how many starts, by which filter, and the table of the groups."""
+"""A filter over simulated starts: when it says "heading ready", how wrong it is at that instant, and the tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
 from rich.table import Table
+from scipy import stats
 
 from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
+from hnav.filters.options import Options
+from hnav.fmi.engines import run_recording
+from hnav.reports.scores import errors_rad
 from studies.command import WORKERS, Seed, Workers, after, titled_table, tracked, write_rows
-from studies.readiness.experiment import JUDGED_S, Start, experiment, figures
-from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS
+from studies.processes import in_order
+from studies.readiness.starts import DISTURBANCES, DURATION_S, HIDDEN, MOTIONS, simulated_start
+
+WRONG_FLOOR_DEG, WRONG_SIGMAS = 5.0, 3.0
+JUDGED_S = (5.0, 20.0, 60.0)  # since the first sample, when the sigma of heading is compared with its error
+CHUNK = 16  # starts that a worker takes at a time
+
+
+@dataclass(frozen=True)
+class Start:
+    """How one start went; NaN where the filter never became ready."""
+
+    index: int
+    motion: str
+    disturbance: str
+    field_true_s: float  # from when on the field was the earth's alone
+    ready_s: float  # since the first sample
+    error_deg: float  # true total error at that instant
+    heading_error_deg: float
+    sigma_deg: float  # stated then: root sum of squares of the three sigmas
+    heading_z2: tuple[float, ...] = (np.nan,) * len(JUDGED_S)  # squared error of heading over its variance, at JUDGED_S
+
+    @property
+    def ready(self) -> bool:
+        return bool(np.isfinite(self.ready_s))
+
+    @property
+    def wrong(self) -> bool:
+        return self.ready and self.error_deg > max(WRONG_SIGMAS * self.sigma_deg, WRONG_FLOOR_DEG)
+
+    @property
+    def wrong_in_true_field(self) -> bool:
+        """Wrong although the field was true by then. A steady false field cannot be distinguished from a true one."""
+        return self.wrong and self.ready_s >= self.field_true_s
+
+
+def judge(
+    index: int,
+    filter: str,
+    settings: dict[str, str],
+    seed: int = 1,
+    hidden: bool = False,
+    every_error: bool = False,
+    place: bool = False,
+) -> Start:
+    """Runs a filter over start `index` and looks at the first instant of heading_ready. place: the filter is given strength and dip
+    of the earth's field. Raises HnavError."""
+    simulated = simulated_start(index, seed, hidden=hidden, every_error=every_error)
+    recording, motion, disturbance, field_true_s, _, earth = simulated
+    given = field_settings(earth) if place else {}
+    result = run_recording(recording, filter, settings={"gyro_hold": "backward", **given, **settings, "navigation_frame": "enu"})
+    truth = recording.needed("reference_q_nb")
+    rows = np.minimum(np.searchsorted(result.t_s, result.t_s[0] + np.array(JUDGED_S)), len(result.t_s) - 1)
+    z2 = tuple((errors_rad(result.q_nb[rows], truth[rows])[1] / result.sigma_rad[rows, 2]) ** 2)
+    heading_ready = result.ready[:, 1]
+    if not heading_ready.any():
+        return Start(index, motion, disturbance, field_true_s, np.nan, np.nan, np.nan, np.nan, z2)
+    i = int(np.argmax(heading_ready))
+    total, heading, _ = (np.degrees(e[0]) for e in errors_rad(result.q_nb[i : i + 1], truth[i : i + 1]))
+    sigma = np.degrees(np.linalg.norm(result.sigma_rad[i]))
+    ready_s = float(result.t_s[i] - result.t_s[0])
+    return Start(index, motion, disturbance, field_true_s, ready_s, float(total), float(heading), float(sigma), z2)
+
+
+def field_settings(earth_tesla: np.ndarray) -> dict[str, str]:
+    """Options that give a filter this field, in east-north-up."""
+    _, north, up = earth_tesla
+    strength, dip = float(np.linalg.norm(earth_tesla)), float(np.arctan2(-up, north))
+    return {"reference_mode": "given", "reference_strength_tesla": repr(strength), "reference_dip_rad": repr(dip)}
+
+
+def experiment(
+    starts: int,
+    filter: str,
+    settings: dict[str, str],
+    seed: int = 1,
+    workers: int = 1,
+    hidden: bool = False,
+    every_error: bool = False,
+    place: bool = False,
+) -> Iterator[Start]:
+    """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
+    Options(filter, **{"gyro_hold": "backward", **settings})
+    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error, place=place)
+    yield from in_order(run, range(starts), workers, CHUNK)
+
+
+class Figures(NamedTuple):
+    """What a group of starts came to. Times are of the starts that became ready."""
+
+    starts: int
+    wrong_share: float
+    wrong_low: float  # 95 % Wilson interval of the share
+    wrong_high: float
+    wrong_in_true_field_share: float
+    median_s: float
+    late_s: float  # 95 % were ready by then
+    never_share: float
+    median_error_deg: float
+    heading_z2: tuple[float, ...]  # means, 1 when the sigma of heading is right; of all starts, ready or not
+
+
+def figures(starts: Sequence[Start]) -> Figures:
+    """The share of wrong starts is of all starts, ready or not."""
+    ready = [start for start in starts if start.ready]
+    wrong = sum(start.wrong for start in starts)
+    low, high = stats.binomtest(wrong, len(starts)).proportion_ci(method="wilson")
+    times, errors = [start.ready_s for start in ready] or [np.nan], [start.error_deg for start in ready] or [np.nan]
+    in_true_field = sum(start.wrong_in_true_field for start in starts) / len(starts)
+    z2 = tuple(np.mean([start.heading_z2 for start in starts], axis=0))
+    return Figures(len(starts), wrong / len(starts), low, high, in_true_field, float(np.median(times)), float(np.percentile(times, 95)),
+                   1 - len(ready) / len(starts), float(np.median(errors)), z2)  # fmt: skip
+
+
+# --------------------------------------------------------------------------------------------- the command
 
 
 def command(

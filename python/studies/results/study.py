@@ -9,8 +9,9 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 
@@ -18,8 +19,33 @@ from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
-from studies.results.sections import FOLDERS, SECTIONS, Section
 from studies.results.tables import json_text, read_printed
+
+TRIALS, FLIGHT = "DIR", "FLIGHT"
+FOLDERS = {TRIALS: "BROAD_DIR", FLIGHT: "HNAV_FLIGHT"}
+"""Words of a command that stand for a folder, and the variable of the environment that names it."""
+
+
+class Section(NamedTuple):
+    """A measurement. command: as it is typed behind ./run; quick: within two minutes on two cores."""
+
+    title: str
+    says: str
+    command: str
+    quick: bool
+
+    @property
+    def needs(self) -> list[str]:
+        """Variables of the environment."""
+        return [FOLDERS[word] for word in self.command.split() if word in FOLDERS]
+
+
+_LISTED = tomllib.loads(Path(__file__).with_name("sections.toml").read_text(encoding="utf-8"))
+SECTIONS = {name: Section(**fields) for name, fields in _LISTED.items()}
+
+
+# --------------------------------------------------------------------------------------------- the command
+
 
 RESULTS = CHECKOUT / "docs" / "results"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +15,7 @@ from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.counting import ROWS, write_samples
+from studies.processes import said_by
 from studies.speed.study import fetched_sources
 
 HERE = Path(__file__).parent
@@ -51,22 +51,15 @@ def missing_tools() -> list[str]:
     return [tool for tool in TOOLS if shutil.which(tool) is None]
 
 
-def run(command: list[str | Path], folder: Path = CHECKOUT) -> str:
-    done = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True)
-    if done.returncode:
-        raise UsageError(f"{Path(command[0]).name} failed:\n{(done.stderr or done.stdout)[-1500:]}")
-    return done.stdout
-
-
 def library(scalar: str, cortex: bool) -> Path:
     """The small build, made if it is not there or stale."""
     folder = WORK / f"{'cortex' if cortex else 'here'}-{scalar}"
     if not (folder / "build.ninja").is_file():
         toolchain = [f"-DCMAKE_TOOLCHAIN_FILE={TOOLCHAIN}"] if cortex else []
-        run(
+        said_by(
             ["cmake", "-S", CHECKOUT, "-B", folder, "-G", "Ninja", "-DHNAV_SMALL=ON", f"-DHNAV_SMALL_SCALAR={scalar}", *toolchain]
         )
-    run(["cmake", "--build", folder])
+    said_by(["cmake", "--build", folder])
     return folder / "c_src/libhnav_small.a"
 
 
@@ -87,7 +80,7 @@ def parts(contender: Contender, compilers: tuple[str, str], flags: tuple[str, ..
     for source in sources:
         objects.append(folder / f"{source.parent.name}-{source.stem}.o")
         language = [cxx, "-std=c++17", "-fno-exceptions", "-fno-rtti"] if source.suffix == ".cpp" else [c, "-std=gnu11"]
-        run([*language, *flags, *defines, *(f"-I{f}" for f in (HERE, *include)), "-c", source, "-o", objects[-1]])
+        said_by([*language, *flags, *defines, *(f"-I{f}" for f in (HERE, *include)), "-c", source, "-o", objects[-1]])
     return [*objects, *libraries]
 
 
@@ -100,10 +93,10 @@ def code_bytes(contender: Contender) -> int:
     program = WORK / "bare.elf"
     options = ["--specs=nano.specs", "--specs=nosys.specs", "-nostartfiles", "-Wl,--gc-sections,-e,bare"]
     objects = for_cortex(contender)
-    run(
+    said_by(
         ["arm-none-eabi-g++", *CORTEX, *SMALL, "-x", "c", HERE / "bare.c", "-x", "none", *objects, *options, "-lm", "-o", program]
     )
-    text, data = run(["arm-none-eabi-size", program]).splitlines()[1].split()[:2]
+    text, data = said_by(["arm-none-eabi-size", program]).splitlines()[1].split()[:2]
     return int(text) + int(data)
 
 
@@ -118,12 +111,12 @@ def replay_in_qemu(contender: Contender, samples: Path, rows: int) -> tuple[np.n
     program = folder / "replay.elf"
     options: list[str | Path] = ["--specs=rdimon.specs", "-nostartfiles", "-T", HERE / "mps2-an386.ld", "-Wl,--gc-sections"]
     sources: list[str | Path] = ["-x", "c", HERE / "replay.c", HERE / "startup.c", "-x", "none", *for_cortex(contender)]
-    run(["arm-none-eabi-gcc", *CORTEX, *SMALL, *sources, *options, "-lm", "-o", program])
+    said_by(["arm-none-eabi-gcc", *CORTEX, *SMALL, *sources, *options, "-lm", "-o", program])
     shutil.copy(samples, folder / "samples.bin")
     (folder / "rows.txt").write_text(f"{rows}\n")
     (folder / "answers.bin").unlink(missing_ok=True)
     board = ["qemu-system-arm", "-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none"]
-    printed = run([*board, "-semihosting-config", "enable=on,target=native", "-kernel", program], folder)
+    printed = said_by([*board, "-semihosting-config", "enable=on,target=native", "-kernel", program], cwd=folder)
     memory, stack = map(int, printed.split())
     return read_answers(folder / "answers.bin", rows), memory, stack
 
@@ -131,9 +124,9 @@ def replay_in_qemu(contender: Contender, samples: Path, rows: int) -> tuple[np.n
 def replay_here(contender: Contender, samples: Path, rows: int) -> np.ndarray:
     """The same on this machine: attitudes (rows, 4)."""
     program, answers = WORK / "replay", WORK / "answers.bin"
-    run(["c++", "-O2", "-x", "c", HERE / "replay.c", "-x", "none", *parts(contender, ("cc", "c++"), ("-O2",), False), "-lm",
+    said_by(["c++", "-O2", "-x", "c", HERE / "replay.c", "-x", "none", *parts(contender, ("cc", "c++"), ("-O2",), False), "-lm",
          "-o", program])  # fmt: skip
-    run([program, samples, str(rows), answers])
+    said_by([program, samples, str(rows), answers])
     return read_answers(answers, rows)
 
 

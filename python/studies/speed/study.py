@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import statistics
-import subprocess
 import sys
 import tarfile
 from pathlib import Path
@@ -11,10 +10,10 @@ from pathlib import Path
 from rich.table import Column, Table
 
 from hnav.cli.console import say, show
-from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
 from studies.command import Checkout, Rows
-from studies.counting import ROWS, compile_program, counted, has_valgrind, run_compiler, times_ns, write_samples
+from studies.counting import ROWS, compile_program, counted, has_valgrind, times_ns, write_samples
+from studies.processes import said_by
 
 HERE = Path(__file__).parent
 WORK = CHECKOUT / ".cache" / "speed"
@@ -39,21 +38,9 @@ CONTENDERS = (
 def fetched_sources() -> dict[str, Path]:
     """Folders of the peers' sources by name, unpacked. Raises UsageError when they cannot be had."""
     archives, requirements = WORK / "archives", HERE / "requirements.txt"
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "download",
-        "--disable-pip-version-check",
-        "--quiet",
-        "--no-deps",
-        "--no-binary",
-        "vqf,imufusion",
-    ]
     if len(list(archives.glob("*.tar.gz"))) < 2:
-        done = subprocess.run([*command, "--require-hashes", "-r", requirements, "-d", archives], capture_output=True, text=True)
-        if done.returncode:
-            raise UsageError(f"the sources of the peers cannot be fetched:\n{done.stderr[-1500:]}")
+        only = ["--disable-pip-version-check", "--quiet", "--no-deps", "--no-binary", "vqf,imufusion", "--require-hashes"]
+        said_by([sys.executable, "-m", "pip", "download", *only, "-r", requirements, "-d", archives])
     for archive in archives.glob("*.tar.gz"):
         with tarfile.open(archive) as packed:
             packed.extractall(WORK / "sources", filter="data")
@@ -66,7 +53,7 @@ def built(checkout: Path, sources: dict[str, Path]) -> Path:
     objects = []
     for file in sorted(sources["fusion"].glob("*.c")):
         objects.append(WORK / f"{file.stem}.o")
-        run_compiler(["cc", "-O3", "-c", file, "-o", objects[-1]])
+        said_by(["cc", "-O3", "-c", file, "-o", objects[-1]])
     own = [HERE / name for name in ("timing.cpp", "own.cpp", "peers.cpp")]
     peers = [sources["vqf"] / name for name in ("vqf.cpp", "basicvqf.cpp", "offline_vqf.cpp")]
     return compile_program([*own, *peers], WORK / "timing", checkout, [HERE, *sources.values()], objects)
