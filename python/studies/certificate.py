@@ -27,6 +27,7 @@ from hnav.errors import HnavError
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.systems.turntable_recording import INTERVAL_S, Turntable
+from studies.bench.stress import with_rows
 from studies.command import check_choices, titled_table, tracked
 
 SEED, BEGIN_S, DURATION_S = 5, 15.0, 25.0
@@ -47,9 +48,7 @@ def without(rows: Callable[[int], np.ndarray]) -> Callable[[Recording], Recordin
     """Without some rows, counted among n."""
 
     def damaged(data: Recording) -> Recording:
-        kept = np.delete(np.arange(len(data.t_s)), rows(len(data.t_s)))
-        names = ("t_s", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla")
-        return replace(data, **{name: getattr(data, name)[kept] for name in names})
+        return with_rows(data, np.delete(np.arange(len(data.t_s)), rows(len(data.t_s))))
 
     return damaged
 
@@ -127,17 +126,8 @@ def timed(name: str, duration_s: float, thinning: Thinning, before: str) -> tupl
     announced: list[float] = []
     found = certify(record, starts=100, announce=announced.append)
     verdict = "certified" if found.certified else found.reason
-    return (
-        name,
-        str(found.corrections),
-        str(found.longest_window),
-        str(found.solves),
-        f"{announced[0]:.3g}",
-        f"{found.seconds:.3g}",
-        f"{found.processor_s:.3g}",
-        before,
-        verdict,
-    )
+    counts = (str(found.corrections), str(found.longest_window), str(found.solves))
+    return name, *counts, *(f"{seconds:.3g}" for seconds in (announced[0], found.seconds, found.processor_s)), before, verdict
 
 
 def command(

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -34,7 +35,7 @@ def main_of(name: str) -> Callable[..., None]:
     app.command()((import_module(f"studies.{name}.study") if hasattr(module, "__path__") else module).command)
 
     def main(arguments: Sequence[str] | None = None) -> None:
-        answer(f"study {name}", app, arguments)
+        answer(f"study {name}", partial(app, prog_name=f"./run study {name}"), arguments)
 
     return main
 

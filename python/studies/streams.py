@@ -19,9 +19,10 @@ from typing import Annotated
 
 import typer
 
-from hnav.cli.console import bar, say
+from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
+from studies.command import tracked
 from studies.processes import said_by
 
 SHARE = 50  # streams of one process
@@ -53,14 +54,11 @@ def random_streams(program: Path, first: int, streams: int) -> Counter[str]:
     """All of them, on as many processes as there are cores. Raises UsageError at the first that is not clean."""
     total: Counter[str] = Counter()
     shares = [(seed, min(SHARE, first + streams - seed)) for seed in range(first, first + streams, SHARE)]
-    with ThreadPoolExecutor(os.cpu_count()) as pool, bar() as progress:
-        task = progress.add_task("streams", total=streams)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         running = [pool.submit(counts_of, program, *share) for share in shares]
         try:
-            for future in running:
-                found = future.result()
-                total.update(found)
-                progress.advance(task, found["streams"])
+            for future in tracked(running, f"{SHARE} streams each"):
+                total.update(future.result())
         except UsageError:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

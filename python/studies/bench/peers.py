@@ -20,6 +20,7 @@ import importlib.util
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -78,18 +79,11 @@ def _ignored(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return values if seen.all() else np.where(seen[:, None], values, 0.0)
 
 
-def _vqf(s: Samples) -> np.ndarray:
-    from vqf import VQF
+def _vqf(s: Samples, kind: str = "VQF") -> np.ndarray:
+    import vqf
 
     force, field = _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field)
-    return np.asarray(VQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"])
-
-
-def _basicvqf(s: Samples) -> np.ndarray:
-    from vqf import BasicVQF
-
-    force, field = _ignored(s.force_m_s2, s.seen_force), _ignored(s.field_ut, s.seen_field)
-    return np.asarray(BasicVQF(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"])
+    return np.asarray(getattr(vqf, kind)(1 / s.rate_hz).updateBatch(s.rate_rad_s, force, field)["quat9D"])
 
 
 def _offlinevqf(s: Samples) -> np.ndarray:
@@ -151,7 +145,7 @@ def _ahrs_ekf(s: Samples) -> np.ndarray:
 
 PEERS = {
     "vqf": Peer("vqf", _vqf),
-    "basicvqf": Peer("vqf", _basicvqf),
+    "basicvqf": Peer("vqf", partial(_vqf, kind="BasicVQF")),
     "offlinevqf": Peer("vqf", _offlinevqf, offline=True),
     "imufusion": Peer("imufusion", _imufusion, looped=True),
     "ahrs-madgwick": Peer("ahrs", _ahrs_madgwick, looped=True),
@@ -181,7 +175,7 @@ def samples_of(recording: Recording, rate_hz: float | None = None) -> Samples:
     def fed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         with_gaps = np.full((row[-1] + 1, 3), np.nan)
         with_gaps[row] = values
-        return _held(with_gaps)
+        return held(with_gaps)
 
     force, seen_force = fed(recording.force_b_m_s2)
     field, seen_field = fed(recording.field_b_tesla)
@@ -209,7 +203,7 @@ def _rows_at_fixed_rate(t_s: np.ndarray, rate_hz: float) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(whole)]).astype(int)
 
 
-def _held(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def held(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each missing row replaced by the last one seen (before the first by the first), and which rows were seen."""
     seen = np.isfinite(values).all(axis=1)
     if not seen.any():

@@ -27,6 +27,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.io.recordings import Recording, RecordingError
+from studies.bench.peers import held
 
 # What the magnetometer sees has to be true for this long before XMOT is scored.
 SETTLING_S = 10.0
@@ -59,14 +60,14 @@ def draw_distortion(rng: np.random.Generator) -> Distortion:
 
 def from_motion(recording: Recording) -> Recording:
     """The recording from the first scored row on."""
-    return _rows(recording, slice(int(np.argmax(recording.needed("movement"))), None))
+    return with_rows(recording, slice(int(np.argmax(recording.needed("movement"))), None))
 
 
 def distorted(recording: Recording, distortion: Distortion, settling_s: float | None = None) -> Recording:
     """The field of the first rows false; settling_s: score only what is later than this after the field's return."""
     n = min(int(distortion.duration_s * nominal_rate_hz(recording)), len(recording.t_s))
     # Without an optical attitude, the last one orients the distortion.
-    attitude = Rotation.from_quat(_held(recording.needed("reference_q_nb"))[:n][:, [1, 2, 3, 0]])
+    attitude = Rotation.from_quat(held(recording.needed("reference_q_nb"))[0][:n][:, [1, 2, 3, 0]])
     field = recording.needed("field_b_tesla").copy()
     earth = distortion.scale * distortion.rotation.apply(attitude.apply(field[:n]))
     field[:n] = attitude.apply(earth, inverse=True)
@@ -83,7 +84,7 @@ def dropped(recording: Recording, rng: np.random.Generator, share: float = DROPP
     """Without this share of the rows; the first row stays, and with it the instant of the start."""
     lost = rng.random(len(recording.t_s)) < share
     lost[0] = False
-    return _rows(recording, ~lost)
+    return with_rows(recording, ~lost)
 
 
 def jittered(recording: Recording, rng: np.random.Generator, jitter_s: float = JITTER_S) -> Recording:
@@ -185,13 +186,6 @@ def nominal_rate_hz(recording: Recording) -> float:
     return float(1 / np.median(np.diff(recording.t_s)))
 
 
-def _rows(recording: Recording, keep: slice | np.ndarray) -> Recording:
+def with_rows(recording: Recording, keep: slice | np.ndarray) -> Recording:
     arrays: dict[str, Any] = {k: v[keep] for k, v in vars(recording).items() if isinstance(v, np.ndarray)}
     return replace(recording, **arrays)
-
-
-def _held(q: np.ndarray) -> np.ndarray:
-    """Rows of NaN replaced by the last known row, before the first by the first."""
-    known = np.isfinite(q).all(axis=1)
-    last = np.maximum.accumulate(np.where(known, np.arange(len(q)), -1))
-    return q[np.where(last < 0, np.argmax(known), last)]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -11,28 +10,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hnav.io.readers.broad import find_trials
 from hnav.native.arrays import Array
 from studies.ins.vehicles import vehicle
 from studies.observer.events import GRAVITY, bounce, heat
 
 INTERVAL_S, SAMPLES_N = 0.02, 1000
-_PLAN = '[sensor."{sensor}"]\nnoise = {noise}\ngate_nis = {gate}\n'
-_STATE = '[state."{name}"]\nstart = {start}\nstart_sigma = {sigma}\nnoise = {noise}\nready_sigma = {ready}\n'
-
-
-def _plan(sensor: str, noise: float, gate: float, **states: tuple[float, float, float, float]) -> str:
-    """States: start, its sigma, noise, and the sigma below which it is ready."""
-    words = ("start", "sigma", "noise", "ready")
-    tables = (_STATE.format(name=name, **dict(zip(words, values))) for name, values in states.items())
-    return _PLAN.format(sensor=sensor, noise=noise, gate=gate) + "".join(tables)
-
-
-PLANS = {
-    "bounce": _plan("h", 0.02, 0, h=(1, 0.05, 0, 0.1), v=(0, 0.3, 0.02, 0.5)),
-    "pendulum": _plan("angle", 0.02, 10.8, angle=(0.5, 0.5, 0, 0.05), rate=(0, 0.5, 0.05, 0.2)),
-    "tank": _plan("level", 0.01, 10.8, level=(1.5, 0.5, 0.01, 0.05)),
-    "relay": _plan("T", 0.1, 0, T=(0, 0.3, 0.1, 0.2)),
-}
+PLANS = Path(__file__).with_name("plans")
 PYTHON = {
     "tank": """import hnav
 plant = hnav.Plant(lambda t, x, u, p: 0.1 - 0.15 * max(x[0], 0.0) ** 0.5, lambda t, x, u, p: x[0], states={"level": 1.0},
@@ -87,7 +71,6 @@ SAMPLES: dict[str, Callable[[], tuple[list[str], Array]]] = {
 SENSORS = [
     f"{name} ({unit})" for stem, unit in (("g", "rad/s"), ("a", "m/s2"), ("m", "uT")) for name in (stem + axis for axis in "xyz")
 ]
-TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
 RATE_HZ = 100
 CUT_S = 60.0
 # As vehicle() has them: the gyrocompass has a given position.
@@ -99,7 +82,7 @@ def write(name: str, folder: Path) -> None:
     whole, _, suffix = name.rpartition(".")
     stem, _, rest = whole.partition("-")
     if suffix in ("toml", "py"):
-        (folder / name).write_text((PLANS if suffix == "toml" else PYTHON)[stem])
+        (folder / name).write_text((PLANS / name).read_text() if suffix == "toml" else PYTHON[stem])
     elif stem == "fmu":
         write_table(folder / name, *stamped(*rest.split("-")))
     elif stem in SAMPLES:
@@ -124,9 +107,7 @@ def write_table(file: Path, columns: list[str], values: Array) -> None:
 
 def trials() -> dict[int, Path]:
     """The BROAD trials of BROAD_DIR; none if it is not set."""
-    found = sorted(Path(os.environ.get("BROAD_DIR", "/nonexistent")).rglob("*"), reverse=True)
-    named = [(match, path) for path in found if path.suffix in (".hdf5", ".mat") and (match := TRIAL_NAME.match(path.name))]
-    return dict(sorted((int(match.group(1)), path) for match, path in named))
+    return find_trials(os.environ["BROAD_DIR"]) if os.environ.get("BROAD_DIR") else {}
 
 
 def trial(number: int) -> Array:

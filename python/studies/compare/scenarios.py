@@ -101,15 +101,8 @@ def _attitude() -> Iterator[Scenario]:
 def _navigation() -> Iterator[Scenario]:
     closed_form = "solver=closed_form"
     for kind in ("car", "aircraft", "ship"):
-        yield _filter(
-            f"ins/start/{kind}",
-            f"{{in}}/{kind}.csv",
-            *INS,
-            "industrial",
-            "--gnss",
-            f"{{in}}/{kind}-gnss.csv",
-            options=closed_form,
-        )
+        gnss = ("--gnss", f"{{in}}/{kind}-gnss.csv")
+        yield _filter(f"ins/start/{kind}", f"{{in}}/{kind}.csv", *INS, "industrial", *gnss, options=closed_form)
     car = ("{in}/car.csv", *INS)
     satellites = ("--gnss", "{in}/car-gnss.csv")
     yield _filter("ins/solver/car", *car, "industrial", *satellites)

@@ -112,16 +112,11 @@ def lines_of(verdict: Verdict) -> list[str]:
     return lines + ([f"        and {len(most) - SHOWN} more columns"] if len(most) > SHOWN else [])
 
 
-def _is_chosen(name: str, patterns: list[str]) -> bool:
-    return any(fnmatch(name, pattern) for pattern in patterns)
-
-
-def _summary(found: list[Verdict]) -> str:
-    counts = Counter(verdict.verdict for verdict in found)
-    numbers = sum(verdict.numbers for verdict in found)
-    return f"{len(found)} scenarios, {numbers} numbers: " + ", ".join(
-        f"{counts[kind]} {kind}" for kind in ("equal", "moved", "failed")
-    )
+def scenarios_like(patterns: list[str]) -> list[Scenario]:
+    """Raises UsageError where there is none."""
+    if found := [scenario for scenario in all_scenarios() if any(fnmatch(scenario.name, pattern) for pattern in patterns)]:
+        return found
+    raise UsageError(f"no scenario is called {' or '.join(patterns)}; --list prints the names")
 
 
 def command(
@@ -134,9 +129,7 @@ def command(
     old: Annotated[Path | None, typer.Option(metavar="FOLDER", help="A checkout with its build instead of the revision")] = None,
 ) -> None:
     """This checkout's answers beside another revision's, bit for bit; exit code 1 when anything moved."""
-    chosen = [s for s in all_scenarios() if _is_chosen(s.name, only or ["*"])]
-    if not chosen:
-        raise UsageError(f"no scenario is called {' or '.join(only or [])}; --list prints the names")
+    chosen = scenarios_like(only or ["*"])
     if show:
         say("\n".join(scenario.name for scenario in chosen))
         return
@@ -144,9 +137,10 @@ def command(
         say("BROAD_DIR, HNAV_FLIGHT and HNAV_PLANTS name folders; scenarios are left out whose folder is not set")
     begin = time.monotonic()
     found = compared(built(revision) if old is None else old.resolve(), CHECKOUT, chosen)
-    say(f"{_summary(found)}; {time.monotonic() - begin:.0f} s")
+    counts, numbers = Counter(verdict.verdict for verdict in found), sum(verdict.numbers for verdict in found)
+    by_kind = ", ".join(f"{counts[kind]} {kind}" for kind in ("equal", "moved", "failed"))
+    say(f"{len(found)} scenarios, {numbers} numbers: {by_kind}; {time.monotonic() - begin:.0f} s")
     if table is not None:
-        counts = Counter(verdict.verdict for verdict in found)
         answer = {"revision": revision, "counts": counts, "scenarios": [asdict(verdict) for verdict in found]}
         write_files({table: json.dumps(answer, indent=1) + "\n"})
     if any(verdict.verdict != "equal" for verdict in found):

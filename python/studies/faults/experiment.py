@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,6 +17,7 @@ from hnav.reports.scores import errors_rad, score
 from studies.bench.peers import PEERS, run_peer
 from studies.faults.events import BEFORE_S, EVENTS, Samples, simulated
 from studies.faults.recordings import FAULTS
+from studies.processes import in_order
 from studies.readiness.starts import RATE_HZ
 
 TIME_CONSTANT_S = 3.0
@@ -119,11 +119,9 @@ def experiment(seeds: int, filter: str, settings: Mapping[str, str], workers: in
     """Event after event, some seeds at a time; the same whatever the number of workers. Raises HnavError."""
     options_of(filter, settings)
     shares = [range(first, min(first + CHUNK, seeds)) for first in range(0, seeds, CHUNK)]
-    with ProcessPoolExecutor(workers) as pool:
-        for event in EVENTS:
-            run = partial(recoveries, event=event, filter=filter, settings=settings)
-            for found in pool.map(run, shares) if workers > 1 else map(run, shares):
-                yield event, found
+    for event in EVENTS:
+        run = partial(recoveries, event=event, filter=filter, settings=settings)
+        yield from ((event, found) for found in in_order(run, shares, workers))
 
 
 # --------------------------------------------------------------------------------------------- recordings

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from hnav.io.recordings import Recording
+from studies.bench.stress import with_rows
 
 CLIP_RAD_S = np.radians(115)
 SPIKE_EVERY_S = 10.0
@@ -21,35 +21,27 @@ LOST_S = 0.05  # of every second
 HOUR_S = 3600.0
 
 
-def _with(recording: Recording, **rows: Any) -> Recording:
-    return replace(recording, **rows)
-
-
 def _spikes(samples: np.ndarray, rows: np.ndarray, size: float, rng: np.random.Generator) -> np.ndarray:
     out = samples.copy()
     out[rows, rng.integers(3, size=len(rows))] = size * rng.choice([-1, 1], size=len(rows))
     return out
 
 
-def gyro_clipped(recording: Recording, rng: np.random.Generator) -> Recording:
-    return _with(recording, rate_b_rad_s=np.clip(recording.rate_b_rad_s, -CLIP_RAD_S, CLIP_RAD_S))
-
-
 def gyro_axis_dead(recording: Recording, rng: np.random.Generator) -> Recording:
     rate = recording.rate_b_rad_s.copy()
     rate[len(rate) // 2 :, 2] = 0
-    return _with(recording, rate_b_rad_s=rate)
+    return replace(recording, rate_b_rad_s=rate)
 
 
 def gyro_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
     times = np.arange(recording.t_s[0] + SPIKE_EVERY_S, recording.t_s[-1], SPIKE_EVERY_S)
     rows = np.searchsorted(recording.t_s, times)
-    return _with(recording, rate_b_rad_s=_spikes(recording.rate_b_rad_s, rows, GYRO_SPIKE_RAD_S, rng))
+    return replace(recording, rate_b_rad_s=_spikes(recording.rate_b_rad_s, rows, GYRO_SPIKE_RAD_S, rng))
 
 
 def force_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
     rows = np.flatnonzero(rng.random(len(recording.t_s)) < FORCE_SPIKE_SHARE)
-    return _with(recording, force_b_m_s2=_spikes(recording.force_b_m_s2, rows, FORCE_SPIKE_M_S2, rng))
+    return replace(recording, force_b_m_s2=_spikes(recording.force_b_m_s2, rows, FORCE_SPIKE_M_S2, rng))
 
 
 def field_stuck(recording: Recording, rng: np.random.Generator) -> Recording:
@@ -58,41 +50,41 @@ def field_stuck(recording: Recording, rng: np.random.Generator) -> Recording:
     known = np.flatnonzero(np.isfinite(field[:first]).all(axis=1))[-1]
     rows = np.arange(len(field)) >= first
     field[rows & np.isfinite(field).all(axis=1)] = field[known]
-    return _with(recording, field_b_tesla=field)
+    return replace(recording, field_b_tesla=field)
 
 
 def field_flipped(recording: Recording, rng: np.random.Generator) -> Recording:
     middle_s = 0.5 * (recording.t_s[0] + recording.t_s[-1])
     field = recording.needed("field_b_tesla").copy()
     field[(recording.t_s >= middle_s) & (recording.t_s < middle_s + FLIP_S), :2] *= -1
-    return _with(recording, field_b_tesla=field)
+    return replace(recording, field_b_tesla=field)
 
 
 def shared_stamps(recording: Recording, rng: np.random.Generator) -> Recording:
     last = np.minimum(np.arange(len(recording.t_s)) // BURST * BURST + BURST - 1, len(recording.t_s) - 1)
-    return _with(recording, t_s=recording.t_s[last])
+    return replace(recording, t_s=recording.t_s[last])
 
 
 def lost_each_second(recording: Recording, rng: np.random.Generator) -> Recording:
     keep = (recording.t_s - recording.t_s[0]) % 1 >= LOST_S
-    return _with(recording, **{k: v[keep] for k, v in vars(recording).items() if isinstance(v, np.ndarray)})
+    return with_rows(recording, keep)
 
 
 def one_stamp_late(recording: Recording, rng: np.random.Generator) -> Recording:
     t_s = recording.t_s.copy()
     t_s[len(t_s) // 2] += HOUR_S
-    return _with(recording, t_s=t_s)
+    return replace(recording, t_s=t_s)
 
 
 def clock_set_back(recording: Recording, rng: np.random.Generator) -> Recording:
     t_s, half = recording.t_s.copy(), len(recording.t_s) // 2
     t_s[half:] -= t_s[half]
-    return _with(recording, t_s=t_s)
+    return replace(recording, t_s=t_s)
 
 
 FAULTS: dict[str, Callable[[Recording, np.random.Generator], Recording]] = {
     "none": lambda recording, rng: recording,
-    "gyro clipped at 115 deg/s": gyro_clipped,
+    "gyro clipped at 115 deg/s": lambda r, rng: replace(r, rate_b_rad_s=np.clip(r.rate_b_rad_s, -CLIP_RAD_S, CLIP_RAD_S)),
     "gyro z = 0 from half": gyro_axis_dead,
     "gyro spike every 10 s": gyro_spikes,
     "accelerometer spikes, 1 %": force_spikes,

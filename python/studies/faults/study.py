@@ -10,6 +10,7 @@ trials damaged on purpose (studies.faults.recordings); DIR is where the trials l
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -18,14 +19,14 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.parameters import FilterOrIns, Settings, parse_settings
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from studies.command import WORKERS, Seed, Trials, Workers, check_choices, titled_table, tracked
 from studies.faults.events import EVENTS
-from studies.faults.experiment import TRIALS, Damage, Recovery, damage_of, experiment, options_of
+from studies.faults.experiment import CHUNK, TRIALS, Damage, Recovery, damage_of, experiment, options_of
 from studies.faults.first_samples import SENSORS, first_samples, verdict
 from studies.faults.navigation import fault_table, hindsight_table
 from studies.faults.recordings import FAULTS
@@ -80,11 +81,8 @@ def command(
 def events(seeds: int, filter: str, settings: dict[str, str], workers: int) -> dict[str, list[Recovery]]:
     """By event. Raises HnavError."""
     found: dict[str, list[Recovery]] = {event: [] for event in EVENTS}
-    with bar() as progress:
-        task = progress.add_task("events", total=seeds * len(EVENTS))
-        for event, some in experiment(seeds, filter, settings, workers):
-            found[event] += some
-            progress.advance(task, len(some))
+    for event, some in tracked(experiment(seeds, filter, settings, workers), "events", len(EVENTS) * math.ceil(seeds / CHUNK)):
+        found[event] += some
     return found
 
 

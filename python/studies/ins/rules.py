@@ -6,6 +6,7 @@ A rule is left out of a copy of the sources that is built beside the library; no
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,67 +26,8 @@ class Rule:
     without: Mapping[str, str]
 
 
-RULES = {
-    "leave_vertical_bias": Rule(
-        "products of bias and tilt, linearised about one heading after the other, make the bias about the vertical look observable",
-        "any_heading.cpp",
-        {"    if (m.channel == velocity || m.channel == position) leave_vertical_bias(s, gyro_before, P, error);\n": ""},
-    ),
-    "turn_what_was_gathered": Rule(
-        "the tilt by biases was gathered about axes that have turned since",
-        "any_heading.cpp",
-        {"    turn_what_was_gathered(s, P, vec(shift + row_phi));\n": ""},
-    ),
-    "products": Rule(
-        "turning a place and a velocity changes them along their own direction too",
-        "any_heading.cpp",
-        {"        by[row][0] = by[row + 1][1];\n        by[row + 1][0] = -by[row][1];\n": ""},
-    ),
-    "gate_given_heading": Rule(
-        "the mean of u is short, so that an outlier looks like any other sample",
-        "correct.cpp",
-        {"    if (is_free(s)) gate_given_heading(s, P, m);\n": ""},
-    ),
-    "velocity_fits": Rule(
-        "a velocity that is wrong by metres a second fits some heading",
-        "correct_satellites.cpp",
-        {"free && !velocity_fits(s, event)": "false"},
-    ),
-    "position_jumped": Rule(
-        "a position that jumps fits some heading",
-        "correct_satellites.cpp",
-        {"free && position_jumped(s, event)": "false"},
-    ),
-    "refuted": Rule(
-        "tilt and biases have followed a first fix that was wrong",
-        "correct.cpp",
-        {
-            "        // Tilt and biases have followed the first fixes, or have stepped since.\n"
-            "        s.refuted = first_were_wrong(s, m.channel, event.t_s) ? Refuted::first_fixes : Refuted::state;\n"
-            "        return;\n": ""
-        },
-    ),
-    "noise_of_turned_biases": Rule(
-        "unknown biases in axes that are found to stand otherwise",
-        "correct.cpp",
-        {"P[row_accel + i][row_accel + j] += more(i, j);": "(void)more;"},
-    ),
-    "widened": Rule(
-        "errors of the linearisation make innovations larger than the noise",
-        "model.hpp",
-        {"    return std::fmax(1, s.nis_mean / by_chance);": "    return (void)s, (void)by_chance, 1;"},
-    ),
-    "wrong_heading": Rule(
-        "a heading from elsewhere may be wrong by any angle",
-        "circle.cpp",
-        {"wrong_share = 1e-4": "wrong_share = 1e-300"},
-    ),
-    "springs": Rule(
-        "a car pitches on its springs, so that it moves up in its own axes",
-        "correct_speed.cpp",
-        {"springs_rad = 0.01": "springs_rad = 0"},
-    ),
-}
+_LISTED = tomllib.loads(Path(__file__).with_name("rules.toml").read_text(encoding="utf-8"))
+RULES = {name: Rule(rule["repairs"], rule["file"], dict(rule["without"])) for name, rule in _LISTED.items()}
 """By name."""
 
 

@@ -26,6 +26,7 @@ from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES
 from hnav.units import G_M_S2
+from studies.bench.stress import with_rows
 from studies.command import WORKERS, Trials, Workers, titled_table, tracked
 from studies.plausibility.good import MOTIONS, good_recording
 from studies.processes import in_order
@@ -56,8 +57,7 @@ def _gravity_removed(r: Recording) -> Recording:
 
 def _gap(r: Recording) -> Recording:
     middle = 0.5 * (r.t_s[0] + r.t_s[-1])
-    keep = np.abs(r.t_s - middle) > 2.5
-    return replace(r, **{name: v[keep] for name, v in vars(r).items() if isinstance(v, np.ndarray)})
+    return with_rows(r, np.abs(r.t_s - middle) > 2.5)
 
 
 def _rows_repeated(r: Recording) -> Recording:
