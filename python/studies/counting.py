@@ -7,9 +7,11 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,3 +69,30 @@ def write_samples(file: Path, rows: int) -> None:
     arrays = (data.t_s, data.rate_b_rad_s, data.force_b_m_s2, data.field_b_tesla)
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_bytes(b"".join(np.ascontiguousarray(a[:rows]).tobytes() for a in arrays if a is not None))
+
+
+class Cost(NamedTuple):
+    """Of a command: seconds of the clock and of the processor, and the most memory of its process or of one of its workers."""
+
+    wall_s: float
+    cpu_s: float
+    memory_bytes: float
+
+
+LAUNCHER = """
+import resource, subprocess, sys, time
+begin = time.perf_counter()
+code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
+wall, used = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+print(wall, used.ru_utime + used.ru_stime, used.ru_maxrss * (1 if sys.platform == "darwin" else 1024))
+sys.exit(code)
+"""
+
+
+def cost_of_hnav(*words: object) -> Cost:
+    """Of hnav with these words. Raises UsageError when it fails.
+
+    A small process starts it: the largest memory of a process includes that of its parent at the start.
+    """
+    said = said_by([sys.executable, "-c", LAUNCHER, sys.executable, "-m", "hnav", *map(str, words)])
+    return Cost(*map(float, said.split()))

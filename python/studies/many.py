@@ -8,10 +8,7 @@ of its workers, at a tenth of the recordings and at all of them.
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Annotated
 
@@ -19,17 +16,12 @@ import numpy as np
 import typer
 
 from hnav.cli.console import show
-from hnav.cli.words import UsageError
 from studies.command import titled_table, tracked
+from studies.counting import cost_of_hnav
 
 ROWS, RATE_HZ = 6000, 100.0
 ALONE = 5
 """Recordings that are filtered by a command each, for comparison."""
-CHILD = (
-    "import resource, sys; from hnav.cli.app import main; import atexit; "
-    "atexit.register(lambda: print(*(resource.getrusage(w).ru_maxrss for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)), file=sys.stderr)); "
-    "main(sys.argv[1:])"
-)
 
 
 def write_recordings(folder: Path, count: int) -> None:
@@ -45,16 +37,6 @@ def write_recordings(folder: Path, count: int) -> None:
         np.savetxt(folder / f"{i:04d}.csv", table, "%.9g", ",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
 
 
-def filtered(arguments: list[str]) -> tuple[float, float]:
-    """Seconds, and MB of the larger of the process and its largest worker. Raises UsageError when the command fails."""
-    begin_s = time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", CHILD, "filter", *arguments], capture_output=True, text=True)
-    if done.returncode:
-        raise UsageError(f"hnav filter failed: {done.stderr.strip()[-300:]}")
-    memory = [int(word) for word in done.stderr.splitlines()[-1].split()]
-    return time.perf_counter() - begin_s, max(memory) * (1.0 if sys.platform == "darwin" else 1024.0) / 1e6
-
-
 def command(
     recordings: Annotated[int, typer.Option(min=20, help="Of a minute each")] = 1000,
     workers: Annotated[int, typer.Option(min=1, help="Processes")] = 2,
@@ -63,11 +45,16 @@ def command(
         folder = Path(name)
         write_recordings(folder, recordings)
         table = titled_table(f"recordings of a minute, {workers} workers", "recordings", "seconds | per recording | memory")
-        alone_s = [filtered([str(folder / f"{i:04d}.csv"), "--out", str(folder / "alone.csv")])[0] for i in range(ALONE)]
+        alone = [cost_of_hnav("filter", folder / f"{i:04d}.csv", "--out", folder / "alone.csv") for i in range(ALONE)]
         (folder / "alone.csv").unlink()
-        table.add_row("one by one, a command each", f"{sum(alone_s):.1f} for {ALONE}", f"{np.mean(alone_s):.2f} s", "-")
+        table.add_row(
+            "one by one, a command each",
+            f"{sum(one.wall_s for one in alone):.1f} for {ALONE}",
+            f"{np.mean([one.wall_s for one in alone]):.2f} s",
+            "-",
+        )
         for count in (recordings // 10, recordings):
-            chosen = [str(path) for path in sorted(folder.glob("*.csv"))[:count]]
-            seconds, memory = filtered([*chosen, "--out", str(folder / f"out{count}"), "--workers", str(workers)])
-            table.add_row(str(count), f"{seconds:.1f}", f"{seconds / count:.3f} s", f"{memory:.0f} MB")
+            chosen = sorted(folder.glob("*.csv"))[:count]
+            cost = cost_of_hnav("filter", *chosen, "--out", folder / f"out{count}", "--workers", workers)
+            table.add_row(str(count), f"{cost.wall_s:.1f}", f"{cost.wall_s / count:.3f} s", f"{cost.memory_bytes / 1e6:.0f} MB")
         show(table)

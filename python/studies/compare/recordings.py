@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.native.arrays import Array
 from studies.ins.vehicles import vehicle
@@ -102,22 +103,16 @@ def write_table(file: Path, columns: list[str], values: Array) -> None:
     file.write_text("\n".join([",".join(columns), *lines]) + "\n")
 
 
-# --------------------------------------------------------------------------------------------- motion
-
-
 def trials() -> dict[int, Path]:
     """The BROAD trials of BROAD_DIR; none if it is not set."""
     return find_trials(os.environ["BROAD_DIR"]) if os.environ.get("BROAD_DIR") else {}
 
 
 def trial(number: int) -> Array:
-    """The first minute of a trial in HDF5."""
-    import h5py
-
-    with h5py.File(trials()[number]) as file:
-        parts = [np.asarray(file[name], float) for name in ("imu_gyr", "imu_acc", "imu_mag")]
-        t = np.arange(len(parts[0])) / float(file.attrs["sampling_rate"])
-    rows: Array = np.column_stack([t, *parts])[t < CUT_S]
+    """The first minute of a trial."""
+    data = read(trials()[number])
+    arrays = (data.t_s, data.rate_b_rad_s, data.force_b_m_s2, 1e6 * data.needed("field_b_tesla"))
+    rows: Array = np.column_stack(arrays)[data.t_s < CUT_S]
     return rows
 
 
@@ -183,19 +178,13 @@ def stamped(kind: str, fault: str) -> tuple[list[str], Array]:
 # --------------------------------------------------------------------------------------------- faults, from a third of the rows on
 
 
-def _set(columns: slice, length: int, value: float) -> Callable[[Array], Array]:
+def _in_rows(columns: slice | int, length: int | None, change: Callable[[Array], Array | float]) -> Callable[[Array], Array]:
+    """So many rows, or all that follow, changed in these columns."""
+
     def fault(rows: Array) -> Array:
-        k = len(rows) // 3
-        rows[k : k + length, columns] = value
-        return rows
-
-    return fault
-
-
-def _shift(length: int | None, by_s: float) -> Callable[[Array], Array]:
-    def fault(rows: Array) -> Array:
-        k = len(rows) // 3
-        rows[k : None if length is None else k + length, 0] += by_s
+        rows, k = rows.copy(), len(rows) // 3
+        met = slice(k, None if length is None else k + length)
+        rows[met, columns] = change(rows[met, columns])
         return rows
 
     return fault
@@ -205,24 +194,17 @@ def _of_rows(order: Callable[[np.ndarray, int], np.ndarray]) -> Callable[[Array]
     return lambda rows: rows[order(np.arange(len(rows)), len(rows) // 3)]
 
 
-def _stuck(rows: Array) -> Array:
-    k = len(rows) // 3
-    rows[k : k + 300, 1:4] = rows[k, 1:4]
-    return rows
-
-
-_FAULTS: dict[str, Callable[[Array], Array]] = {
+FAULTS: dict[str, Callable[[Array], Array]] = {
     "none": lambda rows: rows,
-    "spike": _set(slice(1, 2), 1, 34.9),
-    "force_spike": _set(slice(4, 7), 1, 300.0),
-    "stuck": _stuck,
-    "zeros": _set(slice(4, 7), 300, 0.0),
-    "nan": _set(slice(1, 7), 50, np.nan),
+    "spike": _in_rows(1, 1, lambda _: 34.9),
+    "force_spike": _in_rows(slice(4, 7), 1, lambda _: 300.0),
+    "stuck": _in_rows(slice(1, 4), 300, lambda rates: rates[0]),
+    "zeros": _in_rows(slice(4, 7), 300, lambda _: 0.0),
+    "nan": _in_rows(slice(1, 7), 50, lambda _: np.nan),
     "gap": _of_rows(lambda at, k: np.concatenate([at[:k], at[k + 300 :]])),
     "twice": _of_rows(lambda at, k: np.repeat(at, np.where((at >= k) & (at < k + 100), 2, 1))),
     "swapped": _of_rows(lambda at, k: np.where(abs(at - k) < 100, at ^ 1, at)),
-    "ahead": _shift(1, 1e5),
-    "clock_ahead": _shift(None, 1000.0),
-    "clock_back": _shift(None, -5.0),
+    "ahead": _in_rows(0, 1, lambda t_s: t_s + 1e5),
+    "clock_ahead": _in_rows(0, None, lambda t_s: t_s + 1000.0),
+    "clock_back": _in_rows(0, None, lambda t_s: t_s - 5.0),
 }
-FAULTS = {name: (lambda rows, fault=fault: fault(rows.copy())) for name, fault in _FAULTS.items()}

@@ -10,8 +10,6 @@ from studies.processes import fmi_headers, said_by, sundials_source
 
 REVISION = "d7bc172"
 FOLDER = CHECKOUT / ".cache/compare"
-# Written last: its presence marks a complete build.
-COMPLETE = "complete"
 LEAN = ["-DHNAV_BUILD_FMUS=ON", "-DHNAV_BUILD_TESTS=OFF", "-DHNAV_BUILD_BENCH=OFF", "-DHNAV_BUILD_EXAMPLES=OFF"]
 
 
@@ -19,7 +17,8 @@ def built(revision: str) -> Path:
     """The folder of the revision, with library, binding and FMUs. Raises UsageError when it cannot be made."""
     commit = said_by(["git", "rev-parse", "--verify", f"{revision}^{{commit}}"], cwd=CHECKOUT)
     folder = FOLDER / commit[:12]
-    if (folder / COMPLETE).is_file():
+    complete = folder / "complete"  # written last
+    if complete.is_file():
         return folder
     print(f"building revision {revision} in {folder}, once", file=sys.stderr)
     folder.mkdir(parents=True, exist_ok=True)
@@ -32,5 +31,5 @@ def built(revision: str) -> Path:
     ]
     said_by(["cmake", "--preset", "release", *LEAN, *places], cwd=folder)
     said_by(["cmake", "--build", "build", "--target", "python_binding", "hnav", "fmus"], cwd=folder)
-    (folder / COMPLETE).touch()
+    complete.touch()
     return folder

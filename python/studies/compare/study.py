@@ -62,7 +62,7 @@ class Side:
             time.sleep(POLL_S)
         self._left.pop(0)
         with np.load(file) as data:
-            answers = {key: data[key] for key in data.files}
+            answers = dict(data)
         file.unlink()
         return answers
 
@@ -92,8 +92,7 @@ def compared(old: Path, new: Path, scenarios: list[Scenario]) -> list[Verdict]:
         try:
             for scenario in scenarios:
                 found.append(judged(scenario.name, *(side.take(scenario) for side in sides)))
-                for line in lines_of(found[-1]):
-                    say(line)
+                say("\n".join(lines_of(found[-1])))
         finally:
             for side in sides:
                 side.stop()
@@ -102,9 +101,8 @@ def compared(old: Path, new: Path, scenarios: list[Scenario]) -> list[Verdict]:
 
 def lines_of(verdict: Verdict) -> list[str]:
     """The line of a scenario, and a line for each of the columns that moved most."""
-    one_side = [
-        f"{len(names)} columns {side} only" for side, names in (("old", verdict.only_old), ("new", verdict.only_new)) if names
-    ]
+    sides = {"old": verdict.only_old, "new": verdict.only_new}
+    one_side = [f"{len(names)} columns {side} only" for side, names in sides.items() if names]
     lines = [f"{verdict.verdict:<7} {verdict.scenario}  ({', '.join([f'{verdict.numbers} numbers', *one_side])})"]
     lines += [f"        {verdict.failure}"] if verdict.failure else []
     most = sorted(verdict.moved, key=lambda moved: -(moved.sigmas or 0))

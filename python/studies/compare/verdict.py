@@ -99,12 +99,9 @@ def _moved(name: str, old: Columns, new: Columns) -> Moved | None:
             size = np.minimum(size, np.abs(360 - size))
         size = np.where(unequal, np.nan_to_num(size, nan=np.inf), 0.0)
         sigma = sigma_of(name, old)
-        in_sigmas = size / np.abs(sigma) if sigma is not None and sigma.shape == size.shape else None
-    known = in_sigmas is not None and np.isfinite(in_sigmas).any()
-    return Moved(
-        name, int(np.count_nonzero(unequal)), unequal.size, float(size.max()),
-        float(np.nanmax(in_sigmas)) if known and in_sigmas is not None else None,
-    )  # fmt: skip
+        in_sigmas = size / np.abs(sigma) if sigma is not None and sigma.shape == size.shape else np.array([np.nan])
+    most = float(np.nanmax(in_sigmas)) if np.isfinite(in_sigmas).any() else None
+    return Moved(name, int(np.count_nonzero(unequal)), unequal.size, float(size.max()), most)
 
 
 def sigma_of(name: str, columns: Columns) -> NDArray[Any] | None:

@@ -58,14 +58,14 @@ def columns_of(answer: Path) -> Columns:
         lines = [line for line in answer.read_text().splitlines() if not line.startswith("#")]
         table = np.genfromtxt(lines[1:], delimiter=",", ndmin=2)
         return dict(zip(lines[0].split(","), table.T))
+    found: Columns = {}
     if answer.suffix == ".json":
         found = {name: np.asarray(value) for name, value in json.loads(answer.read_text()).items()}
-        return {name: values for name, values in found.items() if values.dtype.kind in "fiub"}
-    import h5py
+    else:
+        import h5py
 
-    found = {}
-    with h5py.File(answer / "signals.h5") as file:
-        file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
+        with h5py.File(answer / "signals.h5") as file:
+            file.visititems(lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None)
     return {name: values for name, values in found.items() if values.dtype.kind in "fiub"}
 
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import resource
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -16,6 +14,7 @@ import numpy as np
 from hnav.cli.words import UsageError
 from hnav.filters.attitude import Filter
 from hnav.systems.montecarlo import Job, jobs, rows_of, run_jobs
+from studies.counting import cost_of_hnav
 from studies.long import Motion, memory_mb
 
 HEADER = "t_s,gx,gy,gz,ax,ay,az,mx,my,mz\n"
@@ -39,7 +38,8 @@ def of_rows(sizes: Sequence[int]) -> Iterator[OfRows]:
         source, out = Path(folder) / "long.csv", Path(folder) / "out.csv"
         for rows in sizes:
             write_rows(source, rows)
-            yield OfRows(rows, *_cost([sys.executable, "-m", "hnav", "filter", str(source), "--out", str(out)]))
+            cost = cost_of_hnav("filter", source, "--out", out)
+            yield OfRows(rows, cost.cpu_s, cost.memory_bytes / 2**20)
 
 
 def write_rows(path: Path, rows: int) -> None:
@@ -52,26 +52,6 @@ def write_rows(path: Path, rows: int) -> None:
         for first in range(0, rows, len(period)):
             count = min(len(period), rows - first)
             file.writelines(f"{(first + k) * INTERVAL_S:.2f},{period[k]}\n" for k in range(count))
-
-
-LAUNCHER = """
-import resource, subprocess, sys
-code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
-used = resource.getrusage(resource.RUSAGE_CHILDREN)
-print(code, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
-"""
-
-
-def _cost(command: list[str]) -> tuple[float, float]:
-    """Seconds of the processor and the most memory in MB of a process. Raises UsageError when it fails.
-
-    A small process starts it: the largest memory of a process includes that of its parent at the start.
-    """
-    done = subprocess.run([sys.executable, "-c", LAUNCHER, *command], stdout=subprocess.PIPE, text=True, check=True)
-    code, cpu_s, memory_mb = map(float, done.stdout.split())
-    if code:
-        raise UsageError(f"{' '.join(command[2:])}: exit status {code:.0f}")
-    return cpu_s, memory_mb
 
 
 class OfFilters(NamedTuple):
