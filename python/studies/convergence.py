@@ -32,7 +32,18 @@ from hnav.reports.plots import figure
 from studies.command import WORKERS, Workers, draw_into
 from studies.peers import PEERS, Assumed
 from studies.processes import in_order
-from studies.robust import ASSUMED, DIRECTION_NOISE, FIELD_N, GYRO_NOISE, WALK, Run, Scenario, errors_of, simulate
+from studies.robust import (
+    ASSUMED,
+    DIRECTION_NOISE,
+    FIELD_N,
+    GYRO_NOISE,
+    WALK,
+    Run,
+    Scenario,
+    attitude_error_deg,
+    errors_of,
+    simulate,
+)
 
 ERRORS_DEG = (5.0, 20.0, 45.0, 90.0, 135.0, 170.0, 179.0)
 CLAIMS_DEG = (5.0, 30.0, 100.0)
@@ -89,13 +100,8 @@ def options_of(name: str, start: Rotation, claim_deg: float) -> Options:
 
 def ours(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: float) -> list[np.ndarray]:
     """Attitude error of each run, deg."""
-    errors = []
-    for run, start in zip(runs, starts):
-        q = Filter(options_of(name, start, claim_deg)).run(run.t_s, run.rate, run.force, run.field).q_nb
-        lacks = np.isnan(q[:, 0])
-        seen = Rotation.from_quat(np.where(lacks[:, None], [1.0, 0, 0, 0], q)[:, [1, 2, 3, 0]])
-        errors.append(np.where(lacks, np.nan, np.degrees((seen * run.attitude.inv()).magnitude())))
-    return errors
+    filters = (Filter(options_of(name, start, claim_deg)) for start in starts)
+    return [attitude_error_deg(made.run(r.t_s, r.rate, r.force, r.field).q_nb, r.attitude) for made, r in zip(filters, runs)]
 
 
 def theirs(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: float) -> list[np.ndarray]:
@@ -129,11 +135,7 @@ def at_rest(seed: int, error_deg: float, claim_deg: float) -> np.ndarray:
         "ins", "navigation", start="state", start_q_nb=start.as_quat()[[3, 0, 1, 2]].tolist(), start_sigma_tilt_rad=LEVEL_RAD,
         start_sigma_heading_rad=np.radians(claim_deg), start_sigma_velocity_m_s=0.1, start_place="given", start_latitude_rad=LATITUDE_RAD,
     )  # fmt: skip
-    q = Ins(options).run(t, rate, force, check=False).q_nb
-    error = np.full(len(t), np.nan)
-    seen = np.isfinite(q).all(axis=1)
-    error[seen] = np.degrees((Rotation.from_quat(q[seen][:, [1, 2, 3, 0]]) * attitude.inv()).magnitude())
-    return error
+    return attitude_error_deg(Ins(options).run(t, rate, force, check=False).q_nb, attitude)
 
 
 def converge(case: tuple[str, float, float], seeds: int) -> Times:

@@ -30,7 +30,7 @@ from hnav.reports.plots import figure
 from studies.command import WORKERS, Workers, draw_into, titled_table
 from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
 from studies.processes import in_order
-from studies.robust import ASSUMED, SETTLED_S, Run
+from studies.robust import ASSUMED, SETTLED_S, Run, attitude_error_deg
 
 RATES_1_S = (0.03, 0.1, 0.3, 0.75, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0)
 MODES = ("relative", "kl")
@@ -59,10 +59,6 @@ def options_of(mode: str, rate_1_s: float, start: Rotation, claim_rad: float) ->
         "start_sigma_heading_rad": claim_rad,
     }
     return Options("hrekf", **ASSUMED | law | begin)
-
-
-def attitude_error_deg(q_nb: np.ndarray, truth: Rotation) -> np.ndarray:
-    return np.asarray(np.degrees((Rotation.from_quat(q_nb[:, [1, 2, 3, 0]]) * truth.inv()).magnitude()))
 
 
 def ratio(run: Run, options: Options) -> tuple[float, float]:

@@ -129,15 +129,20 @@ def simulate(scenario: Scenario, seed: int, duration_s: float = END_S, rate_hz: 
     return Run(t, rate, force, field, attitude, bias)
 
 
+def attitude_error_deg(q_nb: np.ndarray, truth: Rotation) -> np.ndarray:
+    """Of the whole attitude; NaN where there is none."""
+    known = np.isfinite(q_nb[:, 0])
+    seen = Rotation.from_quat(np.where(known[:, None], q_nb, [1.0, 0, 0, 0])[:, [1, 2, 3, 0]])
+    return np.where(known, np.degrees((seen * truth.inv()).magnitude()), np.nan)
+
+
 def estimate(run: Run, settings: Mapping[str, Any], wrong_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Error of the attitude in deg (n), squared error of the bias (n), and the bias walk at the end. wrong_rad: the start's error."""
     q = (Rotation.from_rotvec(wrong_rad) * run.attitude[0]).as_quat()[[3, 0, 1, 2]]
     target = Filter(Options("hrekf", **ASSUMED | {"start_q_nb": q.tolist()} | dict(settings)))
     found = target.run(run.t_s, run.rate, run.force, run.field)
-    seen = Rotation.from_quat(found.q_nb[:, [1, 2, 3, 0]])
-    error = np.degrees((seen * run.attitude.inv()).magnitude())
     walk = target.diagnostics().adapted_bias_walk_rad_s_per_sqrt_s
-    return error, np.sum((found.gyro_bias_rad_s - run.bias) ** 2, axis=1), walk
+    return attitude_error_deg(found.q_nb, run.attitude), np.sum((found.gyro_bias_rad_s - run.bias) ** 2, axis=1), walk
 
 
 def start_error(seed: int) -> np.ndarray:
@@ -190,8 +195,8 @@ def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], assum
     R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), assumed)
     true = np.stack([run.attitude.as_matrix() for run in runs])
     angle = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
-    error_deg: np.ndarray = np.degrees(angle).reshape(len(runs), -1)
-    return error_deg
+    errors: np.ndarray = np.degrees(angle).reshape(len(runs), -1)
+    return errors
 
 
 def measurements_table(seeds: int) -> Table:

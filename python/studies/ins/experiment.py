@@ -14,8 +14,9 @@ from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
-from hnav.systems.navigation_views import FALSE_RAD, wrapped
+from hnav.systems.navigation_views import wrapped
 from studies.ins.conditions import CONDITIONS
+from studies.ins.flight import FirstReady, first_ready
 from studies.ins.motions import AT_REST
 from studies.ins.vehicles import Truth, receiver, starts_of, vehicle
 from studies.processes import in_order
@@ -34,17 +35,11 @@ EVERY = 10  # rows of the filter per scored row
 
 
 @dataclass(frozen=True)
-class Start:
-    """A start and its outcome; angles in rad, NaN where the heading was never ready."""
+class Start(FirstReady):
+    """A start and its outcome; angles in rad."""
 
     kind: str
     seed: int
-    ready_s: float
-    """From switching on to the first heading_ready."""
-    error_then: float
-    """Of the heading, at that instant."""
-    sigma_then: float
-    """As stated at that instant."""
     error_end: float
     """Of the heading, at the end."""
     sigma_end: float
@@ -53,11 +48,6 @@ class Start:
     """Mean of the three squared normalised errors of the position at the end."""
     tilt_z2: tuple[float, float]
     """Mean of the two squared normalised errors of the tilt, EARLY_S after it was found and at the end."""
-
-    @property
-    def is_false(self) -> bool:
-        """The heading was called ready, and was not."""
-        return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
 
 
 def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> Start:
@@ -81,14 +71,10 @@ def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, conditi
     off = earth.position_of(run.place[-1]) - truth.position_e[rows[-1]]
     off_n = off @ earth.axes_at(run.place[-1])
     found_s = run.t_s[np.argmax(np.isfinite(run.q_nb[:, 0]))]
-    ready = np.flatnonzero(run.ready[:, 1])
-    first = ready[0] if len(ready) else None
     return Start(
+        *first_ready(run, error, samples.t_s[0]),
         kind,
         seed,
-        np.nan if first is None else float(run.t_s[first] - samples.t_s[0]),
-        np.nan if first is None else float(error[first]),
-        np.nan if first is None else float(sigma[first]),
         float(error[-1]),
         float(sigma[-1]),
         float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind not in AT_REST else np.nan,

@@ -21,22 +21,38 @@ TAKE_OFF_S, LANDING_S = 212.0, 577.0
 
 
 @dataclass(frozen=True)
-class FlightStart:
-    """A start in the air; angles in rad, NaN where the heading was never ready."""
+class FirstReady:
+    """The first heading_ready of a run; angles in rad, NaN where the heading was never ready."""
 
-    begin_s: float
-    rms: float
-    """Root mean square of the difference of headings from JUDGED_S to LENGTH_S after the start."""
-    mean: float
-    """Its mean."""
     ready_s: float
+    """From switching on."""
     error_then: float
+    """Of the heading, at that instant."""
     sigma_then: float
+    """As stated at that instant."""
 
     @property
     def is_false(self) -> bool:
         """The heading was called ready, and was not."""
         return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
+
+
+def first_ready(run: InsRun, error: Array, begin_s: float) -> tuple[float, float, float]:
+    """The fields of FirstReady. error: of the heading in the rows of the run."""
+    ready = np.flatnonzero(run.ready[:, 1])
+    if not len(ready):
+        return np.nan, np.nan, np.nan
+    return float(run.t_s[ready[0]] - begin_s), float(error[ready[0]]), float(run.sigma_rotation_rad[ready[0], 2])
+
+
+@dataclass(frozen=True)
+class FlightStart(FirstReady):
+    """A start in the air."""
+
+    rms: float
+    """Root mean square of the difference of headings from JUDGED_S to LENGTH_S after the start."""
+    mean: float
+    """Its mean."""
 
 
 class Flight:
@@ -91,18 +107,9 @@ class Flight:
         """Options: those of Ins that differ from the preset consumer."""
         log = self.log[(self.log["t_s"] >= begin_s) & (self.log["t_s"] <= begin_s + length_s)]
         run = self.run(log, **options)
-        error, sigma = self.error(run), run.sigma_rotation_rad[:, 2]
-        ready = np.flatnonzero(run.ready[:, 1])
-        first = ready[0] if len(ready) else None
-        late = run.t_s >= begin_s + JUDGED_S
-        return FlightStart(
-            begin_s,
-            float(np.sqrt(np.mean(error[late] ** 2))),
-            float(np.mean(error[late])),
-            np.nan if first is None else float(run.t_s[first] - begin_s),
-            np.nan if first is None else float(error[first]),
-            np.nan if first is None else float(sigma[first]),
-        )
+        error, late = self.error(run), run.t_s >= begin_s + JUDGED_S
+        figures = float(np.sqrt(np.mean(error[late] ** 2))), float(np.mean(error[late]))
+        return FlightStart(*first_ready(run, error, begin_s), *figures)
 
     def starts(self, **options: object) -> list[FlightStart]:
         """STARTS of them, evenly over the time in the air."""
