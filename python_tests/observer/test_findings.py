@@ -16,6 +16,7 @@ from hnav.filters.observer_plan import read_plan
 from hnav.io.sample_table import read_sample_table
 from observer.test_fmu_plants import T_S, little_plan, samples
 from studies import thermal_box
+from studies.command import main_of
 
 HOURS = 0.8
 
@@ -131,7 +132,7 @@ def test_times_of_findings_are_relative_to_the_origin():
 def test_the_study_has_a_row(monkeypatch):
     monkeypatch.delenv("HNAV_PLANTS", raising=False)
     monkeypatch.setattr(thermal_box, "tune", lambda plan, *_: type("Tuned", (), {"plan": plan}))
-    printed = answered(thermal_box.main, "--runs", "1", "--hours", "0.75")
+    printed = answered(main_of("thermal_box"), "--runs", "1", "--hours", "0.75")
     assert printed.returncode == 0 and "functions in Python" in printed.stdout, printed.stderr
 
 
