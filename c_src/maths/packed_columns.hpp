@@ -1,6 +1,6 @@
 // The upper triangle of a covariance, packed column by column: a column is contiguous both there and in the matrix, and is
-// moved by loads and stores of a length known at compile time; without Eigen, because one type for
-// each length takes a third of the compile time of a filter. For large matrices; in the small build by loops.
+// moved by loads and stores of a length known at compile time; without Eigen, because one type for each length takes a third of
+// the compile time of a filter. For large matrices; in the small build by loops.
 #pragma once
 
 #include "base/small.hpp"
