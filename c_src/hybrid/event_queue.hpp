@@ -29,7 +29,7 @@ public:
                static_cast<std::size_t>(places_for(capacity)) * sizeof(unsigned char*);
     }
 
-    // memory: of the given size, aligned for doubles; owned by the caller.
+    // memory: zeros of the given size, aligned for doubles; owned by the caller. Of a large queue only what is used is touched.
     void create(void* memory, const Sizes& sizes, int capacity) {
         static_cast<Sizes&>(*this) = sizes;
         auto* const slots = static_cast<unsigned char*>(memory);
@@ -41,7 +41,6 @@ public:
         first_ = 0;
         for (int i = 0; i < capacity; ++i) order_[i] = slots + static_cast<std::size_t>(i) * slot_bytes();
         clear();
-        for (int i = 0; i < states_for(capacity); ++i) tag(i) = 0;
     }
 
     void clear() { size_ = solved_ = first_state_ = 0; }

@@ -55,7 +55,7 @@ bool covariance(const char* name, const double* values, int n, Refusal& why) {
                                   name, name, i, j, S(i, j));
             correlation(i, j) = scale > 0 ? S(i, j) / scale : 0;
         }
-    const double smallest = smallest_eigenvalue(correlation);
+    const double smallest = symmetric_eigenvalues(correlation, nullptr)[0];
     return smallest >= -1e-9 ||
            why.refuse(Refusal::impossible, "%s is not positive semidefinite: an eigenvalue of its correlations is %g", name,
                       smallest);

@@ -1,11 +1,14 @@
 #include "maths/modes.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 namespace hnav {
 
 static Modes solved(const Small& A, bool with_vectors) {
     const Eigen::EigenSolver<Small> solver(A, with_vectors);
+    if (solver.info() != Eigen::Success)
+        return {ComplexVector::Constant(A.rows(), std::nan("")), Small::Zero(A.rows(), A.cols())};
     Modes found{solver.eigenvalues(), {}};
     if (with_vectors) found.vectors = solver.eigenvectors();
     return found;

@@ -92,7 +92,7 @@ TEST(Mixture, TheCovarianceOfAllPartsIsSymmetric) {
     const std::vector<double> all = some(2, 4).moments();
     const Eigen::Map<const Eigen::Matrix<double, n, n>> P(all.data() + n);
     EXPECT_EQ(P, P.transpose());
-    EXPECT_GT(P.ldlt().vectorD().minCoeff(), 0);
+    EXPECT_GT(Eigen::MatrixXd(P).ldlt().vectorD().minCoeff(), 0);
 }
 
 TEST(Mixture, ACovarianceOfPointsIsThatOfTheirPlaces) {
