@@ -28,11 +28,17 @@ Rows = Annotated[int, typer.Option(min=100, help="Of the recording")]
 Checkout = Annotated[Path, typer.Option(metavar="FOLDER", help="A checkout with its build instead of this one")]
 
 
-def main_of(name: str) -> Callable[..., None]:
-    """main(arguments=None) of a study: the function command of its module, or of the module study in its package."""
+def app_of(name: str) -> typer.Typer:
+    """Of a study: the function command of its module, or of the module study in its package."""
     module = import_module(f"studies.{name}")
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command()((import_module(f"studies.{name}.study") if hasattr(module, "__path__") else module).command)
+    return app
+
+
+def main_of(name: str) -> Callable[..., None]:
+    """main(arguments=None) of a study."""
+    app = app_of(name)
 
     def main(arguments: Sequence[str] | None = None) -> None:
         answer(f"study {name}", partial(app, prog_name=f"./run study {name}"), arguments)

@@ -18,6 +18,8 @@ stamp or come from a sensor at fault, when a clock is set, realign and the smoot
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +51,7 @@ from twins.ahrs_parts import (
 )
 from twins.first_samples import G_M_S2
 from twins.hrekf import quaternion_of
-from twins.ins import cross_matrix, turned
+from twins.ins import cross, cross_matrix, turned
 
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
@@ -61,8 +63,8 @@ UNSTATED_INSTANT = 0.125
 
 def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Array]:
     """A vector constant in navigation axes, measured a share of a turn ago, in the present body axes, and its derivative by the share."""
-    turning = np.cross(turn, measured_b)
-    again = np.cross(turn, turning)
+    turning = cross(turn, measured_b)
+    again = cross(turn, turning)
     return measured_b - share * turning + 0.5 * share**2 * again, turning - share * again
 
 
@@ -75,7 +77,8 @@ class AhrsReference:
     """
 
     def __init__(self, options: Options):
-        self.o = o = options
+        o: Any = SimpleNamespace(**options.as_dict())  # reading an option of the library takes a call
+        self.o = o
         self.started = self.lost = self.confirmed = False
         self.R_bn, self.bias, self.S = np.eye(3), np.array(o.start_gyro_bias_rad_s, float), np.zeros((3, 3))
         self.velocity, self.force_bias, self.force_latency = np.zeros(2), np.zeros(3), float(o.start_accel_latency)
@@ -205,7 +208,7 @@ class AhrsReference:
             change2 = float(np.sum((rate - self.rate) ** 2)) / (3 * T**2)
             self.rate_change2 += T / (2 + T) * (change2 - self.rate_change2)
             if self.o.gyro_hold != "forward":
-                self.coning = T / 12 * np.cross(self.rate, rate)
+                self.coning = T / 12 * cross(self.rate, rate)
         self.rate = rate
 
     def hold_backward(self, t_s: float, rate: Array, gap_too_long: bool) -> None:
@@ -675,7 +678,7 @@ class AhrsReference:
         """3 x 25."""
         M_n = np.array([self.M[0], 0, self.M[1]])
         H = np.zeros((3, ERRORS))
-        H[:, PHI], H[:, LATENCY] = -cross_matrix(M_n), -np.cross(self.turn_sum / self.fields, M_n)
+        H[:, PHI], H[:, LATENCY] = -cross_matrix(M_n), -cross(self.turn_sum / self.fields, M_n)
         H[0, 21], H[2, 22], H[1, DECLINATION] = -1, -1, -self.M[0]
         return H
 
@@ -794,14 +797,14 @@ class AhrsReference:
         self.level_force, self.level_s = np.zeros(3), 0.0
         if violent or not abs(np.linalg.norm(up) - G_M_S2) < 0.4 * G_M_S2:
             return
-        if math.atan2(np.linalg.norm(np.cross(up, [0, 0, -1])), -up[2]) > 0.35:
+        if math.atan2(np.linalg.norm(cross(up, np.array([0, 0, -1.0]))), -up[2]) > 0.35:
             self.turn_up(up)
         self.forget_rotation(0.2**2, self.E[HEADING, HEADING])
         self.lost = False
 
     def turn_up(self, up: Array) -> None:
         """A direction in navigation axes becomes the vertical. The samples gathered since the last correction turn with it."""
-        axis = np.cross(up, [0, 0, -1])
+        axis = cross(up, np.array([0, 0, -1.0]))
         angle = math.atan2(np.linalg.norm(axis), -up[2])
         axis = axis / np.linalg.norm(axis) if np.linalg.norm(axis) > 0 else np.array([1.0, 0, 0])
         turn = exp(axis * angle)

@@ -41,6 +41,12 @@ def cross_matrix(x: Array) -> Array:
     return np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
 
 
+def cross(x: Array, y: Array) -> Array:
+    """NumPy's takes ten times as long for three numbers."""
+    product: Array = cross_matrix(x) @ y
+    return product
+
+
 def turned(x: Array) -> tuple[Array, Array, Array]:
     """A held rate that turns by x: the rotation, its mean over the interval, and the mean weighted by the time left (3 x 3 each)."""
     n, X = float(np.linalg.norm(x)), cross_matrix(x)

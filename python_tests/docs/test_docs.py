@@ -13,11 +13,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
 from checkout import BUILD, TOP
 from hnav.cli.app import COMMANDS, load
 from hnav.io.recordings import Recording
 from motion import tilted_motion
+from studies.command import app_of
 from studies.plausibility.good import good_recording
 
 README = TOP / "README.md"
@@ -285,9 +287,5 @@ def options_of(command) -> set[str]:
 
 
 def study_options(name: str) -> set[str]:
-    """The options of a study, from its help: each study reads its arguments in its own way."""
     assert importlib.util.find_spec(f"studies.{name}") is not None, f"there is no study {name}"
-    environment = os.environ | {"PYTHONPATH": str(TOP / "python"), "COLUMNS": "200"}
-    said = subprocess.run([sys.executable, "-m", "studies", name, "--help"], capture_output=True, text=True, env=environment)
-    assert said.returncode == 0, said.stderr
-    return set(re.findall(r"--[a-z-]+", said.stdout))
+    return options_of(typer.main.get_command(app_of(name)))

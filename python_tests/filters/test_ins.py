@@ -19,7 +19,7 @@ from hnav.native.library import SENSORS
 from studies.ins.experiment import experiment, figures, judged, wrapped
 from studies.ins.faults import EVERY, errors, lying, outcomes, simulated
 from studies.ins.flight import Flight
-from studies.ins.hands import WAYS, minutes
+from studies.ins.hands import WAYS, minutes_of, trials
 from studies.ins.motions import RATE_HZ
 from studies.ins.tilt import tilt
 from studies.ins.vehicles import Truth, fixes, ideal, vehicle
@@ -578,9 +578,10 @@ def test_the_simulation_is_its_own_truth():
 
 @pytest.mark.parametrize("fixes", WAYS, ids=lambda fixes: fixes.text)
 def test_a_hand_that_moves_about_gets_its_heading_without_a_magnetometer(broad_trials, fixes):
-    found = list(minutes(next(iter(broad_trials.values())).parent, fixes, 1))
+    every_second = trials(next(iter(broad_trials.values())).parent)[::2]
+    found = [minute for path in every_second for minute in minutes_of(path, fixes)]
     rms, smoothed = np.degrees([(m.rms, m.smoothed_rms) for m in found]).T
-    assert len(found) > 40 and not any(m.is_false for m in found)
+    assert len(found) > 20 and not any(m.is_false for m in found)
     assert np.median(rms) < 1.6 and rms.max() < 5.5
     assert 0.3 < np.mean([m.z2 for m in found]) < 1.15
     assert np.nanmax(smoothed) < 5 and np.nanmean([m.smoothed_z2 for m in found]) < 1.15

@@ -1,5 +1,6 @@
 """Exported observers: bit-equal estimates, failing plants, and refused exports."""
 
+import ctypes as C
 import zipfile
 from pathlib import Path
 
@@ -133,6 +134,35 @@ def test_an_integrator_of_the_importer_finds_the_same(exported, version):
         assert np.abs((np.array(estimates(steps)) - estimates(exchange)) / sigma).max() < 1e-3
         assert np.abs([exchange.get(f"sigma.{name}") for name in "xvdk"] / sigma - 1).max() < 1e-3
         assert exchange.get("count.x.used") == 40
+
+
+@versions
+def test_a_state_that_is_not_declared_as_a_dependency_changes_nothing(exported, version):
+    with Fmu(exported[version], model_exchange=True) as fmu:
+        fmu.set("sampling_mode", "counter")
+        fmu.initialise()
+        deliver(fmu, 0)
+        fmu.update_discrete_states()
+        fmu.call(fmu.fmu.enterContinuousTimeMode)
+        fmu.call(fmu.fmu.setTime, T_S[0] + 0.2 * STEP_S)
+        states = [v.derivative.valueReference for v in fmu.description.modelVariables if v.derivative is not None]
+        listed = [*fmu.description.outputs, *fmu.description.derivatives]
+        real = [u for u in listed if u.variable.type in ("Real", "Float64")]
+        references = fmu.references(u.variable.name for u in real)
+        declared = np.array([[k in {d.valueReference for d in u.dependencies} for k in states] for u in real])
+
+        def values(x):
+            fmu.fmu.setContinuousStates((C.c_double * len(x))(*x), len(x))
+            out = (C.c_double * len(real))()
+            fmu.get_reals(references, out)
+            return np.array(out)
+
+        x = np.random.default_rng(1).uniform(0.01, 0.02, len(states))
+        changed = np.stack([values(x + step) != values(x) for step in 0.01 * np.eye(len(x))], axis=1)
+        assert not (changed & ~declared).any()
+        # The last one is the clock, which this plant does not read.
+        assert changed[:, :-1].any(axis=0).all() and changed.sum() > 0.3 * declared.sum()
+        assert declared[-len(states) :].mean() < 0.6
 
 
 @versions

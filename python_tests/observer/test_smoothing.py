@@ -177,7 +177,7 @@ def test_plants_with_events(case):
 @pytest.mark.parametrize("bounds", [{}, {"min": 0.0}], ids=["free", "bounded"])
 def test_a_tank_that_runs_empty(bounds):
     made: dict[bool, list] = {False: [], True: []}
-    for seed in range(10):
+    for seed in range(5):
         h, y = tank.emptied(seed)
         for smooth, runs in made.items():
             runs.append((h[:, None], Observer(tank.plan(**bounds)).run(tank.T_S, {"h": y}, {"q": tank.inflow()}, smooth=smooth)))

@@ -10,6 +10,8 @@ import dataclasses
 import io
 import zipfile
 from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -321,54 +323,71 @@ def _indicators(observer: Observer) -> Iterator[Row]:
                   is_indicator=True)  # fmt: skip
 
 
-def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
-    """The rows, what flows in Model Exchange behind them, and on which of it outputs depend. Derivatives name all states: PyFMI takes
-    dependencies that are left open for none."""
-    names, N, first = observer.names, len(observer.names), len(rows)
-    moving = len(observer.plan.states) + len(observer.plan.unknown_inputs)
-    state = [(f"state.{name}", "Estimate", _unit(observer, name)) for name in names[:moving]]
-    state += [
-        (f"state.S[{i},{j}]", "Transition since the last sample", "") for i in range(1, moving + 1) for j in range(1, N + 1)
-    ]
-    state += [(f"state.Q[{i},{j}]", "Noise that entered since, scaled", "") for i in range(1, N + 1) for j in range(i, N + 1)]
-    state += [("state.clock", "Time since", "s")]
-    S, Q = first + moving, first + moving * (1 + N)
+@dataclass(frozen=True)
+class _Flowing:
+    """Rows of the states of Model Exchange: moving estimates x, their transition S since the last sample by rows, the upper triangle of
+    the noise Q that entered since, and the time since. x' = f(x, t), S' = A S, Q' = A Q + Q A' + noise, A = df/dx at x and t."""
 
-    def moved(i: int) -> list[int]:
-        return list(range(S + i * N, S + (i + 1) * N)) if i < moving else []
+    first: int
+    moving: int
+    N: int
 
-    def entered(i: int, j: int) -> int:
-        return Q + i * N - i * (i - 1) // 2 + j - i
+    def transition(self, i: int, j: int) -> int:
+        return self.first + self.moving + i * self.N + j
 
-    def on(row: Row) -> tuple[int, ...] | None:
+    def noise(self, i: int, j: int) -> int:
+        i, j = min(i, j), max(i, j)
+        return self.transition(self.moving, 0) + i * self.N - i * (i - 1) // 2 + j - i
+
+    def states(self, observer: Observer) -> Iterator[tuple[str, str, str]]:
+        """Name, text and unit of each."""
+        for name in observer.names[: self.moving]:
+            yield f"state.{name}", "Estimate", _unit(observer, name)
+        for i, j in product(range(self.moving), range(self.N)):
+            yield f"state.S[{i + 1},{j + 1}]", "Transition since the last sample", ""
+        for i, j in combinations_with_replacement(range(self.N), 2):
+            yield f"state.Q[{i + 1},{j + 1}]", "Noise that entered since, scaled", ""
+        yield "state.clock", "Time since", "s"
+
+    def slopes(self) -> Iterator[set[int]]:
+        """The states on which the derivative of each depends."""
+        clock = self.noise(self.N - 1, self.N - 1) + 1
+        here, moving, every = {*range(self.first, self.first + self.moving), clock}, range(self.moving), range(self.N)
+        yield from (here for _ in moving)
+        yield from (here | {self.transition(k, j) for k in moving} for _, j in product(moving, every))
+        for i, j in combinations_with_replacement(every, 2):
+            yield here | {self.noise(k, with_k) for k in every for with_k in (i, j)}
+        yield set()
+
+    def under(self, row: Row) -> tuple[int, ...] | None:
+        """The states on which an output depends."""
         if row.is_indicator:
             return None
         if row.role == "estimate":
-            return (first + row.index,) if row.index < moving else ()
+            return (self.first + row.index,) if row.index < self.moving else ()
         if row.role not in ("sigma", "covariance"):
             return ()
-        i, j = (row.index, row.index) if row.role == "sigma" else divmod(row.index, N)
-        return tuple(sorted({*moved(i), *moved(j), entered(i, j)}))
+        i, j = (row.index, row.index) if row.role == "sigma" else divmod(row.index, self.N)
+        moved = {self.transition(k, with_k) for k in (i, j) if k < self.moving for with_k in range(self.N)}
+        return tuple(sorted(moved | {self.noise(i, j)}))
 
-    made = [dataclasses.replace(row, depends_on=on(row)) for row in rows]
+
+def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
+    """The rows, what flows in Model Exchange behind them, and on which of it outputs and derivatives depend. None is left open: PyFMI takes
+    that for no dependency; and none names more than there is, because 6273 derivatives of 6273 states are read for minutes."""
+    plan, first = observer.plan, len(rows)
+    flowing = _Flowing(first, len(plan.states) + len(plan.unknown_inputs), len(observer.names))
+    state = list(flowing.states(observer))
+    made = [dataclasses.replace(row, depends_on=flowing.under(row)) for row in rows]
     made += [
         Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
         for k, (name, text, unit) in enumerate(state)
     ]
-    all_states = tuple(range(first, first + len(state)))
     return made + [
-        Row(
-            "derivative",
-            k,
-            f"der({name})",
-            text,
-            causality="local",
-            variability="continuous",
-            derivative_of=first + k,
-            depends_on=all_states,
-        )
-        for k, (name, text, _) in enumerate(state)
-    ]
+        Row("derivative", k, f"der({name})", text, causality="local", variability="continuous", derivative_of=first + k,
+            depends_on=tuple(sorted(on_states)))
+        for k, ((name, text, _), on_states) in enumerate(zip(state, flowing.slopes(), strict=True))
+    ]  # fmt: skip
 
 
 # --------------------------------------------------------------------------------------------- texts

@@ -199,7 +199,7 @@ def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
         dependencies = None if initial or known is None else listed_once(tuple(known))
         return f"    <{element}{_attributes(**{place: k + 1}, dependencies=dependencies)}/>"
 
-    @cache  # all derivatives of an observer depend on all its states: thousands of lists with thousands of numbers
+    @cache  # all numbers of a column of an observer's transition depend on the same states
     def listed_once(known: tuple[int, ...]) -> str:
         return " ".join(str(j + 1) for j in known)
 
