@@ -115,10 +115,12 @@ public:
         samples_ += 1;
     }
 
-    // The finding, or null if there is none.
-    const char* finding() const {
-        // 22 to 67 uT, and more for the scale error of an uncalibrated sensor. A unit vector is no field in gauss: Hrekf may have one.
+    // The finding, or null if there is none. by_strength: a heading is ready by the strength of the earth's field only; Hrekf takes a unit vector as well.
+    const char* finding(bool by_strength) const {
+        // 22 to 67 uT, and more for the scale error of an uncalibrated sensor.
         if (samples_ < enough) return nullptr;
+        if (by_strength && is_within(0.9, 1.1))
+            return "mag.field has a strength of 1: this looks like a direction, by which no heading becomes ready; multiply it by 5e-5";
         if (is_within(15, 100)) return "mag.field has a strength of 15 to 100: this looks like uT; multiply it by 1e-6";
         if (is_within(150, 1000)) return "mag.field has a strength of 150 to 1000: this looks like mG; multiply it by 1e-7";
         if (is_within(0.15, 0.8)) return "mag.field has a strength of 0.15 to 0.8: this looks like gauss; multiply it by 1e-4";

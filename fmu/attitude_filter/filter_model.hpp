@@ -83,7 +83,7 @@ public:
 
     const char* implausible() const override {
         const char* of_inertial = memory_.units.finding();
-        return of_inertial ? of_inertial : memory_.field_unit.finding();
+        return of_inertial ? of_inertial : memory_.field_unit.finding(Kind::has_field);
     }
 
     // An infeasible gamma remains infeasible from the first corrections on.

@@ -48,6 +48,13 @@ def test_a_field_in_another_unit_is_logged_with_its_cure(filter, unit, scale, re
     assert not warnings(filter, 2, recording, 1, 1, 1.0)
 
 
+def test_a_direction_in_place_of_a_field_is_logged_by_the_filter_that_needs_its_strength(recording):
+    scale = 1 / float(np.linalg.norm(recording.field_b_tesla, axis=1).mean())
+    (said,) = warnings("Ahrs", 2, recording, 1, 1, scale)
+    assert "no heading becomes ready" in said and "multiply it by 5e-5" in said
+    assert not warnings("Hrekf", 2, recording, 1, 1, scale)
+
+
 def test_ins_takes_a_field_in_any_unit(recording):
     assert not warnings("Ins", 2, recording, 1, 1, 1e6)
 
