@@ -1,17 +1,13 @@
-# hnav_precompile(TARGET HEADER...): these headers, which nearly every file of the target reads, are compiled once for all of them. A
-# third of the time of a build is reading Eigen. Each file still includes what it uses: builds without this have to pass too.
+# hnav_precompile(...) is target_precompile_headers(...): headers that nearly every file of a target reads are compiled once for all of
+# them. A third of the time of a build is reading Eigen. Each file still includes what it uses: builds without this have to pass too.
 set(precompiled OFF)
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   set(precompiled ON)
 endif()
 option(HNAV_PRECOMPILED_HEADERS "Compile the headers of Eigen and GoogleTest once per target" ${precompiled})
 
-function(hnav_precompile target)
+function(hnav_precompile)
   if(HNAV_PRECOMPILED_HEADERS)
-    if(ARGV1 STREQUAL REUSE_FROM)
-      target_precompile_headers(${target} ${ARGN})
-    else()
-      target_precompile_headers(${target} PRIVATE ${ARGN})
-    endif()
+    target_precompile_headers(${ARGV})
   endif()
 endfunction()

@@ -115,7 +115,8 @@ public:
         samples_ += 1;
     }
 
-    // The finding, or null if there is none. by_strength: a heading is ready by the strength of the earth's field only; Hrekf takes a unit vector as well.
+    // The finding, or null if there is none. by_strength: a heading is ready by the strength of the earth's field only; Hrekf takes a
+    // unit vector as well.
     const char* finding(bool by_strength) const {
         // 22 to 67 uT, and more for the scale error of an uncalibrated sensor.
         if (samples_ < enough) return nullptr;

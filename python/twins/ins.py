@@ -168,9 +168,9 @@ class InsReference:
         w, f, W, before = self.turn_rate(), self.force - self.accel_bias, self.earth_rate, self.R
         turn, mean, twice = turned(w * T)
         by_force, g = before @ mean @ f * T, self.gravity_near(self.d)
-        a = g - 2 * np.cross(W, self.v)
+        a = g - 2 * cross(W, self.v)
         slope = self.gravity_near(self.d + T * self.v) - g
-        gained = by_force + a * T - 0.5 * T * np.cross(W, by_force) - T * np.cross(W, by_force + a * T) + 0.5 * T * slope
+        gained = by_force + a * T - 0.5 * T * cross(W, by_force) - T * cross(W, by_force + a * T) + 0.5 * T * slope
         self.d = self.d + self.v * T + before @ twice @ f * T**2 + 0.5 * T**2 * a
         self.v = self.v + gained
         self.R = turned(-W * T)[0] @ before @ turn

@@ -149,7 +149,8 @@ def test_a_state_that_is_not_declared_as_a_dependency_changes_nothing(exported, 
         listed = [*fmu.description.outputs, *fmu.description.derivatives]
         real = [u for u in listed if u.variable.type in ("Real", "Float64")]
         references = fmu.references(u.variable.name for u in real)
-        declared = np.array([[k in {d.valueReference for d in u.dependencies} for k in states] for u in real])
+        named = [{d.valueReference for d in u.dependencies} for u in real]
+        declared = np.array([[k in known for k in states] for known in named])
 
         def values(x):
             fmu.fmu.setContinuousStates((C.c_double * len(x))(*x), len(x))

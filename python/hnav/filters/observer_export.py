@@ -6,11 +6,10 @@ from one table.
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -201,7 +200,7 @@ def _parameter(
     role: str, index: int, name: str, text: str, start: float, unit: str = "", min: float = 0.0, **more: object
 ) -> Row:
     made = Row(role, index, name, text, causality="parameter", variability="fixed", unit=unit, start=start, min=min)
-    return dataclasses.replace(made, **more)  # type: ignore[arg-type]
+    return replace(made, **more)  # type: ignore[arg-type]
 
 
 def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
@@ -354,7 +353,9 @@ class _Flowing:
         clock = self.noise(self.N - 1, self.N - 1) + 1
         here, moving, every = {*range(self.first, self.first + self.moving), clock}, range(self.moving), range(self.N)
         yield from (here for _ in moving)
-        yield from (here | {self.transition(k, j) for k in moving} for _, j in product(moving, every))
+        columns = [here | {self.transition(k, j) for k in moving} for j in every]
+        for _ in moving:
+            yield from columns
         for i, j in combinations_with_replacement(every, 2):
             yield here | {self.noise(k, with_k) for k in every for with_k in (i, j)}
         yield set()
@@ -378,7 +379,7 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
     plan, first = observer.plan, len(rows)
     flowing = _Flowing(first, len(plan.states) + len(plan.unknown_inputs), len(observer.names))
     state = list(flowing.states(observer))
-    made = [dataclasses.replace(row, depends_on=flowing.under(row)) for row in rows]
+    made = [replace(row, depends_on=flowing.under(row)) for row in rows]
     made += [
         Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
         for k, (name, text, unit) in enumerate(state)
