@@ -92,6 +92,7 @@ class AhrsReference:
         self.coning, self.force_turn, self.rate_change2, self.wrong_hold = np.zeros(3), np.zeros(3), 0.0, 0.03
         self.rest, self.rested, self.still_field = RestDetector(o, np.zeros(3)), False, StillField()
         self.lasting_density2 = LASTING_DENSITY2.get(o.body, 0.0)  # 0: the body is not given
+        self.swell_density2 = 0.4 if o.body == "ship" else 0.0
         self.begin_motion()
         self.field, self.field_noise = MagneticReference(o), FieldNoise()
         self.information = np.zeros(2)  # of tilt and heading, 1/rad^2
@@ -397,8 +398,8 @@ class AhrsReference:
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
         steps = self.steps
-        if steps.look(self.window_s, self.rate_power):
-            mean, covariance = steps.found()
+        if steps.look(self.window_s, self.rate_power, slice(PHI.start, PHI.start + 2)):
+            mean, covariance = steps.found(steps.information, steps.sum)
             self.error += steps.response @ mean
             self.E = self.E + steps.response @ covariance @ steps.response.T
             self.steps = self.new_steps()
@@ -457,16 +458,25 @@ class AhrsReference:
     def correct_by_velocity(self, rests: bool) -> None:
         """0 = v + noise: the velocity of a body is bounded."""
         before = np.diag(self.E)[PHI][:2].copy()
-        density2 = self.motion.density2(rests) + max(self.lasting.density2(), 0.0 if rests else self.lasting_density2)
-        H, noise = np.eye(ERRORS)[V], density2 / self.force_s * np.eye(2)
+        lasting2 = max(self.lasting.density2(), 0.0 if rests else self.lasting_density2)
+        H, noise = np.eye(ERRORS)[V], (self.motion.density2(rests) + lasting2) / self.force_s * np.eye(2)
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
-        is_vehicle = self.vehicle_tilt.P[0, 0] > 0 or self.lasting_density2 > 0
-        self.learn(H, -self.velocity, noise, is_evidence=not is_vehicle)
+        is_evidence = not (self.vehicle_tilt.P[0, 0] > 0 or self.o.body in ("car", "aircraft"))
+        if is_evidence and lasting2 > self.swell_density2:
+            self.note_hidden_step(S, (lasting2 - self.swell_density2) / self.force_s)
+        self.learn(H, -self.velocity, noise, is_evidence=is_evidence)
         after = np.diag(self.E)[PHI][:2]
         self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
         self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), self.force_s)
         self.judge_hold()
+
+    def note_hidden_step(self, S: Array, hiding2: float) -> None:
+        """Evidence of a step of the gyro bias that the noise of lasting velocities hides; hiding2: its variance in S."""
+        stepped = self.steps.response[V]
+        more = np.linalg.solve(S - hiding2 * np.eye(2), stepped) - np.linalg.solve(S, stepped)
+        self.steps.hidden += stepped.T @ more
+        self.steps.hidden_sum -= more.T @ self.velocity
 
     def judge_hold(self) -> None:
         """A rate that acts one interval off looks like a latency of the force: the likelihood of the estimated latency."""
@@ -851,7 +861,7 @@ class AhrsReference:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
         added = self.tilt_excess.variance + max(self.hold_error()[:2] ** 2)
         limit = self.o.ready_tilt_rad
-        small = self.is_tilt_within(added, limit) and self.vehicle_tilt.square() < limit**2
+        small = self.is_tilt_within(added, limit) and max(self.vehicle_tilt.square(), self.steps.suspected_tilt2) < limit**2
         steady = self.speed.is_fresh() or not self.lasting.may_accelerate()
         return bool(small) and steady and not self.lasting.lacks_gravity()
 

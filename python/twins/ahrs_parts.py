@@ -331,6 +331,7 @@ class BiasSteps:
     """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
 
     STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 24.0, 3.0, 0.25, 20.0
+    SUSPECTED_LIMIT, LEAST_TILT_RAD = 100.0, 0.0175
 
     def __init__(self, errors: int, bias: slice, R_bn: Array):
         self.R_bn = R_bn  # at the begin of the window
@@ -338,7 +339,9 @@ class BiasSteps:
         """Of the error to unit steps."""
         self.response[bias] = np.eye(3)
         self.information, self.sum = np.zeros((3, 3)), np.zeros(3)
-        self.since_s = self.rate_power = self.unseen_s = self.likely_s = 0.0
+        self.hidden, self.hidden_sum = np.zeros((3, 3)), np.zeros(3)
+        """What velocities would add if none lasted."""
+        self.since_s = self.rate_power = self.unseen_s = self.likely_s = self.suspected_tilt2 = 0.0
 
     def has_turned(self, R_bn: Array) -> bool:
         """By more than 0.7 rad since the begin of the window."""
@@ -348,29 +351,38 @@ class BiasSteps:
         """Variance of errors that are proportional to the rate, and no step."""
         return self.SHARE**2 * self.rate_power / self.since_s + 1e-10
 
-    def twice_log_ratio(self, variance: float) -> float:
-        posterior = self.information + np.eye(3) / variance
-        return float(self.sum @ np.linalg.solve(posterior, self.sum) - math.log(np.linalg.det(posterior) * variance**3))
+    def exceeds(self, limit: float, information: Array, total: Array) -> bool:
+        """Whether twice the logarithm of the ratio of the likelihoods with and without a step exceeds the limit."""
 
-    def look(self, T: float, power: float) -> bool:
-        """T seconds later. True: a step has been likely for long enough."""
+        def twice_log_ratio(variance: float) -> float:
+            posterior = information + np.eye(3) / variance
+            return float(total @ np.linalg.solve(posterior, total) - math.log(np.linalg.det(posterior) * variance**3))
+
+        none2 = self.unmodelled2()
+        return twice_log_ratio(self.STEP_RAD_S**2 + none2) - twice_log_ratio(none2) > limit
+
+    def look(self, T: float, power: float, tilt: slice) -> bool:
+        """T seconds later. tilt: rows of the response. True: a step has been likely for long enough."""
         self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
         if is_within(self.unseen_s, self.LOOK_S):
             return False
-        none2 = self.unmodelled2()
-        ratio = self.twice_log_ratio(self.STEP_RAD_S**2 + none2) - self.twice_log_ratio(none2)
-        self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
-        self.unseen_s = 0.0
+        likely = self.exceeds(self.LIMIT, self.information, self.sum)
+        self.likely_s = self.likely_s + self.unseen_s if likely else 0.0
+        self.unseen_s = self.suspected_tilt2 = 0.0
+        both = self.information + self.hidden, self.sum + self.hidden_sum
+        if self.hidden[0, 0] > 0 and self.exceeds(self.SUSPECTED_LIMIT, *both):
+            tilt2 = float(np.sum((self.response[tilt] @ self.found(*both)[0]) ** 2))
+            self.suspected_tilt2 = tilt2 if tilt2 > self.LEAST_TILT_RAD**2 else 0.0
         return has_lasted(self.likely_s, self.LASTS_S)
 
     def is_over(self) -> bool:
-        return has_lasted(self.since_s, self.WINDOW_S) and not self.likely_s > 0
+        return has_lasted(self.since_s, self.WINDOW_S) and not self.likely_s > 0 and not self.suspected_tilt2 > 0
 
-    def found(self) -> tuple[Array, Array]:
+    def found(self, information: Array, total: Array) -> tuple[Array, Array]:
         """The step, 3, and its covariance, 3 x 3."""
         prior = np.eye(3) / (self.STEP_RAD_S**2 + self.unmodelled2())
-        covariance = np.asarray(np.linalg.inv(self.information + prior), dtype=np.float64)
-        return covariance @ self.sum, covariance
+        covariance = np.asarray(np.linalg.inv(information + prior), dtype=np.float64)
+        return covariance @ total, covariance
 
 
 class VehicleTilt:

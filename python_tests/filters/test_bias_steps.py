@@ -28,18 +28,26 @@ def after_step(kind: str, seed: int, given: bool, size_rad_s: float = STEP_RAD_S
 
 
 @pytest.mark.parametrize(
-    ("kind", "given", "share"), [("arm", False, 0.05), ("quadrotor", False, 0.05), ("quadrotor", True, 0.1), ("car", True, 0.05)]
+    ("kind", "given", "deg_s"),
+    [
+        ("arm", False, 0.7),
+        ("quadrotor", False, 0.7),
+        ("quadrotor", True, 0.7),
+        ("car", True, 0.7),
+        ("walker", True, 1.0),
+        ("waist", True, 1.0),
+    ],
 )
-def test_a_stepped_bias_is_found_and_its_tilt_is_not_called_ready(kind, given, share):
-    """Without the law arms, quadrotors and cars are 3, 4 and 8 deg off, and ready meanwhile for 7 to 45 % of the time.
+def test_a_stepped_bias_is_found_and_its_tilt_is_not_called_ready(kind, given, deg_s):
+    """Ready and more than 3 deg off for less than 5 % of the time, in sixteen recordings.
 
-    share: of the time, ready and more than 3 deg off, at the most, in sixteen recordings. In two of those of quadrotors with their word the
-    step is found late.
+    Without any law of steps arms, quadrotors and cars are so for 7 to 45 %; without the evidence that lasting velocities hide, quadrotors,
+    walkers and waists with their word are so for 8, 14 and 12 %.
     """
-    runs = [after_step(kind, seed, given) for seed in range(16)]
+    runs = [after_step(kind, seed, given, np.radians(deg_s)) for seed in range(16)]
     false = np.mean([np.mean(ready & (tilt > 3)) for tilt, ready, _ in runs])
-    assert false < share
-    assert np.median([np.linalg.norm(left) for *_, left in runs]) < 0.25 * STEP_RAD_S
+    assert false < 0.05
+    assert np.median([np.linalg.norm(left) for *_, left in runs]) < 0.25 * np.radians(deg_s)
 
 
 @pytest.mark.parametrize("kind", ["head", "tumble", "car"])

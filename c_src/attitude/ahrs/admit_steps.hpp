@@ -30,7 +30,7 @@ bool AhrsModelOf<R>::shows_steps(const State& s) const {
 template <class R>
 void AhrsModelOf<R>::admit_steps(State& s, Correction& c) const {
     if (s.lost) return;
-    if (s.steps.look(s.x[13], s.rate_power)) {
+    if (s.steps.look(s.x[13], s.rate_power, rotation)) {
         const Steps<3, R> found = s.steps.with_step();
         const Eigen::Matrix<R, errors, 3> spread = c.response * found.covariance();
         c.error += c.response * found.mean();

@@ -41,10 +41,24 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
     S.diagonal().array() += (s.motion.density2(density_.velocity_density2, rests) + lasting2) / s.force_s;
     const Vector2R innovation(-s.velocity[0], -s.velocity[1]);
     record_velocity(s.innovation[accel], t_s, innovation, S);
-    // The accelerations of a vehicle last, as a drift does.
-    const bool may_be_vehicle = s.vehicle_tilt.is_possible() || is_given_to_travel();
-    condition_on_velocity(s, c, PHt, S, innovation, s.force_s, !may_be_vehicle);
+    const bool is_evidence = !may_accelerate_long(s);
+    const R hiding2 = lasting2 - density_.swell_density2;
+    if (is_evidence && hiding2 > 0) note_hidden_step(s, c, S, hiding2 / s.force_s, innovation);
+    condition_on_velocity(s, c, PHt, S, innovation, s.force_s, is_evidence);
     judge_hold(s, c.P(force_latency, force_latency));
+}
+
+// Evidence of a step of the gyro bias that the noise of lasting velocities hides. hiding2: its variance in S.
+template <class R>
+void AhrsModelOf<R>::note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation) {
+    const Matrix2R bounded = S - hiding2 * Matrix2R::Identity();
+    const Cholesky<2, R> with(S), without(bounded);
+    if (!without.positive()) return;
+    const Eigen::Matrix<R, 2, 3> stepped = rows<2>(c.response, velocity);
+    Eigen::Matrix<R, 2, 3> weighted;
+    for (int j = 0; j < 3; ++j)
+        weighted.col(j) = without.template solve<1>(stepped.col(j)) - with.template solve<1>(stepped.col(j));
+    s.steps.hidden.template add<2>(stepped, weighted, innovation);
 }
 
 // If rates act an interval later or earlier than the option gyro_hold states, attitude and force are out of step, which looks like a

@@ -156,6 +156,7 @@ private:
         const R limit_rad = R(options_.ready_tilt_rad);
         const R added = s.tilt_excess.variance + hold_error(s).template head<2>().cwiseAbs2().maxCoeff();
         return is_tilt_within(s, added, limit_rad) && s.vehicle_tilt.square() < limit_rad * limit_rad &&
+               s.steps.suspected_tilt2 < limit_rad * limit_rad &&
                (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2))) && !s.lasting.lacks_gravity(R(gravity_m_s2));
     }
     static R larger_tilt_variance(const State& s) {
@@ -288,8 +289,10 @@ private:
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
                                       const Vector2R& innovation, R T, bool is_evidence);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
+    static void note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation);
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
+    bool may_accelerate_long(const State& s) const { return s.vehicle_tilt.is_possible() || accelerates_long(options_.body); }
     bool is_at_rest(State& s, Correction& c) const; // correct_rest.hpp
     static void admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias);
     bool is_field_still(State& s) const;

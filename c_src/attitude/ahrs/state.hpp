@@ -72,6 +72,7 @@ struct AhrsDensities {
     R reference_psd;  // 1/s
     R velocity_density2; // (m/s)^2/Hz, at most
     R lasting_density2; // (m/s)^2/Hz, at least while the body moves; 0: the body is not given
+    R swell_density2; // (m/s)^2/Hz, of velocities that return, beside those of a hand
     R vertical2; // (m/s)^2, mean square of the vertical velocity, at least
     R azimuth_density2, intensity_density2; // of the field in a room, 1/Hz
     R rest_bias_density2; // (rad/s)^2/Hz
@@ -83,6 +84,7 @@ struct AhrsDensities {
           reference_psd(R(square(o.reference_walk_per_sqrt_s))),
           velocity_density2(R(square(o.velocity_noise_m_s_per_sqrt_hz))),
           lasting_density2(lasting_density2_of<R>(o.body)),
+          swell_density2(swell_density2_of<R>(o.body)),
           vertical2(vertical2_of<R>(o.body)),
           azimuth_density2(R(square(o.mag_azimuth_noise_per_sqrt_hz))),
           intensity_density2(R(square(o.mag_intensity_noise_per_sqrt_hz))),
