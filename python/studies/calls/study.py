@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 import subprocess
+import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 from pathlib import Path
@@ -22,7 +23,6 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.fmi.fmus import fmu_path
-from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT
 from studies.command import WORKERS, Workers, titled_table, tracked
 from studies.processes import fmi_headers, said_by
@@ -95,17 +95,20 @@ def plan_of(description: ModelDescription, case: Case, unpacked: Path) -> str:
 
 def counts_of(program: Path, case: Case, seed: int, seconds: float) -> Counts:
     """Of the sequences that one process runs in so many seconds of processor."""
+    with tempfile.TemporaryDirectory(prefix="hnav_calls_") as unpacked:
+        return counts_in(Path(unpacked), program, case, (seed, seconds))
+
+
+def counts_in(unpacked: Path, program: Path, case: Case, seed_and_seconds: tuple[int, float]) -> Counts:
     description = fmpy.read_model_description(str(case.archive), validate=False)
     kind: Any = description.coSimulation if case.kind == "CS" else description.modelExchange
-    unpacked = temporary_folder("hnav_calls_")
-    fmpy.extract(str(case.archive), unpacked)
-    plan = Path(unpacked) / "plan.txt"
-    plan.write_text(plan_of(description, case, Path(unpacked)))
+    fmpy.extract(str(case.archive), str(unpacked))
+    plan = unpacked / "plan.txt"
+    plan.write_text(plan_of(description, case, unpacked))
     platform = "linux64" if case.version == 2 else "x86_64-linux"
-    binary = Path(unpacked) / "binaries" / platform / f"{kind.modelIdentifier}.so"
-    done = subprocess.run(
-        [str(program), str(binary), str(plan), str(seed), str(seconds)], capture_output=True, text=True, check=False, cwd=unpacked
-    )
+    binary = unpacked / "binaries" / platform / f"{kind.modelIdentifier}.so"
+    arguments = [str(argument) for argument in (program, binary, plan, *seed_and_seconds)]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False, cwd=unpacked)
     if done.returncode > 1:
         raise UsageError(f"{case.archive.name}: {done.stderr.strip() or done.returncode}")
     lines = done.stdout.strip().splitlines()
