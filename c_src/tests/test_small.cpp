@@ -60,8 +60,9 @@ hnav_status show(hnav_filter* filter, Attitude* attitude, Rate* rate, Bias* bias
     return status;
 }
 
+// Beside roundings: what counts as motion depends on a small difference of large variances (explained_force2), and amplifies them.
 void expect_near(const double* a, const double* b, int count, double scale, const char* what, int k) {
-    for (int i = 0; i < count; ++i) EXPECT_NEAR(a[i], b[i], 1e-11 * scale) << what << " " << i << " at sample " << k;
+    for (int i = 0; i < count; ++i) EXPECT_NEAR(a[i], b[i], 5e-11 * scale) << what << " " << i << " at sample " << k;
 }
 
 // A body that tumbles, with its samples at an instant.

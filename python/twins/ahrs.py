@@ -436,13 +436,20 @@ class AhrsReference:
         """Motion noise from the force; after a shock the velocity may have changed."""
         gathered = np.append(self.velocity - self.lasting.before, self.velocity_down)
         if np.linalg.norm(gathered) < 100 * self.force_s:
-            self.lasting.note(gathered, float(np.mean(np.diag(self.E)[PHI][:2])), self.force_s)
+            self.lasting.note(gathered, self.explained_force2(), self.force_s)
             released2 = self.lasting.uncount()
             self.E[V, V] += (0.0 if self.speed.is_fresh() else released2) * np.eye(2)
             return
         self.E[V, V] += float(gathered @ gathered) * np.eye(2)
         self.velocity = self.lasting.before.copy()
         self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
+
+    def explained_force2(self) -> float:
+        """(m/s^2)^2, of the horizontal force of one axis by errors of the horizon and of the accelerometer's bias."""
+        H = np.zeros((2, ERRORS))
+        H[:, PHI] = G_M_S2 * np.array([[0, -1, 0], [1, 0, 0]])
+        H[:, FORCE_BIAS] = -self.G[:2] / self.window_s if self.window_s > 0 else 0.0
+        return max(0.0, float(np.trace(H @ self.E @ H.T)) / 2)
 
     def level_again(self) -> bool:
         """Turns the horizon to the mean force if that is gravity and the horizon differs from it."""

@@ -246,12 +246,12 @@ class LastingMotion:
         self.force, self.force_s = np.zeros(3), 0.0
         self.counted2 = 0.0
 
-    def note(self, gathered: Array, tilt2: float, T: float) -> None:
-        """Force times time in navigation axes over T, by a horizon of this variance."""
+    def note(self, gathered: Array, force2: float, T: float) -> None:
+        """Force times time in navigation axes over T, force2: variance of the horizontal force by errors of horizon and bias."""
         for j, W in enumerate(self.SCALES_S):
             self.velocity[j] += gathered[:2] - T / (W + T) * self.velocity[j]
             self.lasting[j] += T / (0.5 * W + T) * (self.velocity[j] - self.lasting[j])
-            self.now[j] = max(0.0, float(self.lasting[j] @ self.lasting[j]) / 2 - 9 * tilt2 * (G_M_S2 * W) ** 2)
+            self.now[j] = max(0.0, float(self.lasting[j] @ self.lasting[j]) / 2 - 7.5 * force2 * W**2)
             self.power[j] += T / (max(5.0, W) + T) * (self.now[j] - self.power[j])
         self.down += gathered[2] + G_M_S2 * T - T / (2 + T) * self.down
         self.down2 += T / (30 + T) * (self.down**2 - self.down2)

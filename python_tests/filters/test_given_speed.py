@@ -51,7 +51,7 @@ def test_a_car_that_gains_speed_and_brakes_straight_ahead_stays_level():
     t_s, rate, force, field, speed, _ = drive(BRAKE, 0 * BRAKE)
     run = Filter("ahrs").run(t_s, rate, force, field, speed_m_s=each_second(speed), speed_sigma_m_s=0.1)
     alone = Filter("ahrs").run(t_s, rate, force, field)
-    assert tilt_deg(run).max() < 0.2 < 1 < tilt_deg(alone).max()
+    assert tilt_deg(run).max() < 0.2 < 0.8 < tilt_deg(alone).max()
     assert run.ready[300:, 0].all()
 
 

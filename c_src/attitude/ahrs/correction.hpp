@@ -51,6 +51,23 @@ void AhrsModelOf<R>::correct_by_force(State& s, Correction& c, double t_s, bool 
     if (!level_again(s, c) && (rests || !s.speed.is_fresh())) correct_velocity(s, c, t_s, rests);
 }
 
+// Variance of the horizontal force of one axis by errors of the horizon and of the accelerometer's bias, (m/s^2)^2. A horizon that was found
+// from a biased force agrees with it: the two errors cancel until the body turns.
+template <class R>
+R AhrsModelOf<R>::explained_force2(const State& s, const Correction& c) {
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    const R per_s = s.x[13] > 0 ? 1 / s.x[13] : 0;
+    const Matrix3R P_bias = block<3, 3>(c.P, force_bias, force_bias);
+    R sum = 0;
+    for (int i = 0; i < 2; ++i) {
+        const int about = rotation + 1 - i; // a force to the north by a tilt about east
+        const R lever = i == 0 ? R(gravity_m_s2) : R(-gravity_m_s2);
+        const Vector3R axis = G.row(i).transpose() * per_s, shared = block<3, 1>(c.P, force_bias, about);
+        sum += lever * (lever * c.P(about, about) + 2 * axis.dot(shared)) + axis.dot(P_bias * axis);
+    }
+    return std::max(R(0), sum / 2);
+}
+
 // Updates the motion monitors with the force since the last correction. A shock only makes the velocity uncertain.
 template <class R>
 void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
@@ -58,8 +75,7 @@ void AhrsModelOf<R>::note_motion(State& s, Correction& c) const {
     const R* before = s.lasting.before;
     const Vector3R gathered(s.velocity[0] - before[0], s.velocity[1] - before[1], s.velocity_down);
     if (gathered.norm() < shock_m_s2 * s.force_s) {
-        const Vector3R tilt = c.rotation_variances();
-        s.lasting.note(gathered, (tilt[0] + tilt[1]) / 2, R(gravity_m_s2), s.force_s);
+        s.lasting.note(gathered, explained_force2(s, c), R(gravity_m_s2), s.force_s);
         const R released2 = s.lasting.uncount();
         if (!s.speed.is_fresh()) diagonal<2>(c.P, velocity).array() += released2;
         return;

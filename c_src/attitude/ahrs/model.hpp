@@ -262,6 +262,7 @@ private:
     void correct_by_force(State& s, Correction& c, double t_s, bool rests) const;
     void inflate_tilt(State& s, Covariance& P) const;
     void note_motion(State& s, Correction& c) const;
+    static R explained_force2(const State& s, const Correction& c);
 
     // admit_steps.hpp
     static void begin_steps(State& s) { s.steps.begin(bias, s.x); }
