@@ -267,6 +267,12 @@ void Model::accept_jump(State& s, Covariance& P, int channel, double off, double
 
 namespace {
 
+// Whether a position is so far off that the estimated attitude has no horizon there, as after fixes at (0, 0) while a receiver has none.
+bool turns_vertical(int channel, double off_m) {
+    constexpr double turned_rad = 0.05; // the tilt of three degrees that no ready flag allows
+    return channel == position && off_m > turned_rad * earth::equator_m;
+}
+
 // Factor on the stated variance: estimated for each aid; for rests, and before the heading is known, from the mean NIS of all aids.
 double noise_of(const State& s, int channel) {
     if (channel == ins::rest) return widened(s);
@@ -288,6 +294,10 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     }
     const double off = vec(m.r).norm();
     if (outlasts(s, m.channel, off, event.t_s) && !is_contradicted(s, m.channel, event.t_s)) {
+        if (turns_vertical(m.channel, off)) {
+            s.refuted = first_were_wrong(s, position, event.t_s) ? Refuted::first_fixes : Refuted::state;
+            return;
+        }
         accept_jump(s, P, m.channel, off, event.t_s);
         m.gated = false;
     }

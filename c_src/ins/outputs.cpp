@@ -24,12 +24,22 @@ bool aids_agree(const State& s, double now_s) {
     return s.contradiction.verdict == Contradiction::velocity_wrong || s.aids.holds(now_s);
 }
 
+// A single refusal is an outlier.
+bool are_refused(const State& s, int channel) { return s.refused_in_row[channel] > 1; }
+
 // The IMU is alive, and no monitor has found an inconsistency for consistent_for_s. given: the state is; it needs no aids.
 bool is_consistent(const State& s, double now_s, bool given) {
-    constexpr double silent_s = 1, consistent_for_s = 2, alone = 1; // a single refusal is an outlier
-    const bool open = s.refused_in_row[velocity] > alone && s.contradiction.verdict != Contradiction::velocity_wrong;
+    constexpr double silent_s = 1, consistent_for_s = 2;
+    const bool open = are_refused(s, velocity) && s.contradiction.verdict != Contradiction::velocity_wrong;
     return s.started() && !open && !has_passed(now_s - s.last_s[imu], silent_s) &&
            has_passed(now_s - s.inconsistent_s, consistent_for_s) && (given || aids_agree(s, now_s));
+}
+
+// Positions that are refused, or have departed from the integrated velocity by more than this limit, are not reliable.
+bool places_agree(const State& s, double usual_bias, double limit_m) {
+    constexpr double far = 5;
+    const double off_m = vec(s.in_t.colour).head<2>().norm();
+    return !are_refused(s, position) && s.fit(position).bias() < usual_bias && off_m < std::fmax(limit_m, far * s.slow_m[0]);
 }
 
 } // namespace
@@ -52,11 +62,8 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                        is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&
                         is_earned(s.information_velocity, options_.ready_velocity_m_s);
-    // Positions that have departed from the integrated velocity are not reliable.
-    constexpr double far = 5;
-    const double off = vec(s.in_t.colour).head<2>().norm();
-    const bool agree = s.fit(position).bias() < usual_bias && off < std::fmax(options_.ready_position_m, far * s.slow_m[0]);
-    n->position_ready = fixed && agree && n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
+    n->position_ready = fixed && places_agree(s, usual_bias, options_.ready_position_m) &&
+                        n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
                         (has_given_place(s) || is_earned(s.information_position, options_.ready_position_m));
 }
 
