@@ -838,9 +838,10 @@ class AhrsReference:
         """3 x 3, about the navigation axes, now: with the added variances of tilt and heading and of the rate's interval."""
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
-        vehicle = 0.5  # probability that an unknown body is one
-        tilt = self.tilt_excess.variance + vehicle * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
-        heading = self.all_reference_variance() + vehicle * self.tilted_field_variance()
+        even = 0.5  # probability that an unknown body is a vehicle, and that a suspected step of the gyro bias has happened
+        tilt = self.tilt_excess.variance + even * self.steps.suspected_tilt2
+        tilt += even * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
+        heading = self.all_reference_variance() + even * self.tilted_field_variance()
         covariance += np.diag([tilt, tilt, heading])
         by_hold = self.hold_error()
         return covariance + np.outer(by_hold, by_hold)

@@ -88,7 +88,7 @@ private:
     }
 
     // A drift looks like a velocity that lasts, and the noise of the one hides the other. Nothing here decides between them, but a horizon
-    // that a step would tilt is not ready.
+    // that a step would tilt is not ready, and its sigma is larger.
     void suspect(int rotation) {
         suspected_tilt2 = 0;
         if (!(hidden.information[0] > 0)) return;

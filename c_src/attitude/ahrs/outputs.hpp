@@ -42,12 +42,14 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
     return C;
 }
 
-// Variances about the navigation axes in addition to P. An unknown body is a vehicle as probably as not: variance of the mixture.
+// Variances about the navigation axes in addition to P. An unknown body is a vehicle as probably as not, and so has a suspected step of the
+// gyro bias happened: variances of the mixtures.
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
-    constexpr R vehicle = R(0.5);
-    const R tilt = s.tilt_excess.variance + vehicle * std::fmax(R(0), s.vehicle_tilt.square() - larger_tilt_variance(s));
-    return {tilt, tilt, reference_variance(s) + vehicle * tilted_field_variance(s)};
+    constexpr R even = R(0.5);
+    const R tilt = s.tilt_excess.variance + even * s.steps.suspected_tilt2 +
+                   even * std::fmax(R(0), s.vehicle_tilt.square() - larger_tilt_variance(s));
+    return {tilt, tilt, reference_variance(s) + even * tilted_field_variance(s)};
 }
 
 template <class R>
