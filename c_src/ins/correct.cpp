@@ -286,18 +286,17 @@ double noise_of(const State& s, int channel) {
 void Model::use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const {
     // Errors of positions last for some fixes: without the 2 s a flight past the pole, 2 m off at a stated 0.5 m, starts again and again.
     constexpr double refusals_when_free = 3, lasting_s = 2, fresh_s = 10;
-    if (is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= refusals_when_free &&
-        has_lasted(event.t_s - s.refused_since_s[m.channel], lasting_s) && is_within(event.t_s - s.last_s[position], fresh_s)) {
+    const double off = vec(m.r).norm();
+    const bool refutes_start = is_free(s) && m.channel != ins::rest && s.refused_in_row[m.channel] >= refusals_when_free &&
+                               has_lasted(event.t_s - s.refused_since_s[m.channel], lasting_s) &&
+                               is_within(event.t_s - s.last_s[position], fresh_s);
+    const bool jumps = outlasts(s, m.channel, off, event.t_s) && !is_contradicted(s, m.channel, event.t_s);
+    if (refutes_start || (jumps && turns_vertical(m.channel, off))) {
         // Tilt and biases have followed the first fixes, or have stepped since.
         s.refuted = first_were_wrong(s, m.channel, event.t_s) ? Refuted::first_fixes : Refuted::state;
         return;
     }
-    const double off = vec(m.r).norm();
-    if (outlasts(s, m.channel, off, event.t_s) && !is_contradicted(s, m.channel, event.t_s)) {
-        if (turns_vertical(m.channel, off)) {
-            s.refuted = first_were_wrong(s, position, event.t_s) ? Refuted::first_fixes : Refuted::state;
-            return;
-        }
+    if (jumps) {
         accept_jump(s, P, m.channel, off, event.t_s);
         m.gated = false;
     }

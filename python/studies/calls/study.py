@@ -95,20 +95,16 @@ def plan_of(description: ModelDescription, case: Case, unpacked: Path) -> str:
 
 def counts_of(program: Path, case: Case, seed: int, seconds: float) -> Counts:
     """Of the sequences that one process runs in so many seconds of processor."""
-    with tempfile.TemporaryDirectory(prefix="hnav_calls_") as unpacked:
-        return counts_in(Path(unpacked), program, case, (seed, seconds))
-
-
-def counts_in(unpacked: Path, program: Path, case: Case, seed_and_seconds: tuple[int, float]) -> Counts:
     description = fmpy.read_model_description(str(case.archive), validate=False)
     kind: Any = description.coSimulation if case.kind == "CS" else description.modelExchange
-    fmpy.extract(str(case.archive), str(unpacked))
-    plan = unpacked / "plan.txt"
-    plan.write_text(plan_of(description, case, unpacked))
     platform = "linux64" if case.version == 2 else "x86_64-linux"
-    binary = unpacked / "binaries" / platform / f"{kind.modelIdentifier}.so"
-    arguments = [str(argument) for argument in (program, binary, plan, *seed_and_seconds)]
-    done = subprocess.run(arguments, capture_output=True, text=True, check=False, cwd=unpacked)
+    with tempfile.TemporaryDirectory(prefix="hnav_calls_") as folder:
+        fmpy.extract(str(case.archive), folder)
+        plan = Path(folder) / "plan.txt"
+        plan.write_text(plan_of(description, case, Path(folder)))
+        binary = Path(folder) / "binaries" / platform / f"{kind.modelIdentifier}.so"
+        arguments = [str(argument) for argument in (program, binary, plan, seed, seconds)]
+        done = subprocess.run(arguments, capture_output=True, text=True, check=False, cwd=folder)
     if done.returncode > 1:
         raise UsageError(f"{case.archive.name}: {done.stderr.strip() or done.returncode}")
     lines = done.stdout.strip().splitlines()
