@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import settings
 from hypothesis import strategies as st
 
-bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "60")), deadline=None, database=None, derandomize=True)
+bounded = settings(max_examples=int(os.environ.get("HNAV_FUZZ_EXAMPLES", "30")), deadline=None, database=None, derandomize=True)
 DEEP = "[" * 100_000
 
 json_values = st.recursive(

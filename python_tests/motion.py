@@ -23,10 +23,11 @@ def tilted_motion(duration_s: float, noise: float = 1.0, seed: int = 7, bias=(0.
     rng = np.random.default_rng(seed)
     t = np.arange(0, duration_s, 0.01)
     w = np.stack([4 * np.sin(1.1 * t), 5 * np.cos(0.7 * t), 7.5 * np.sin(0.4 * t)], axis=1)
-    attitude = [Rotation.from_euler("x", 20, degrees=True)]
-    for k in range(len(t) - 1):
-        attitude.append(attitude[-1] * Rotation.from_rotvec(w[k] * 0.01))
-    attitude = Rotation.concatenate(attitude)
+    attitude = Rotation.concatenate([Rotation.from_euler("x", 20, degrees=True), Rotation.from_rotvec(0.01 * w[:-1])])
+    turns = 1  # of each product so far
+    while turns < len(t):
+        attitude = Rotation.concatenate([attitude[:turns], attitude[:-turns] * attitude[turns:]])
+        turns *= 2
     force = attitude.apply([0, 0, -9.81], inverse=True) + noise * 0.05 * rng.normal(size=w.shape)
     field = attitude.apply([2e-5, 0, 4.5e-5], inverse=True) + noise * 2e-7 * rng.normal(size=w.shape)
     rate = w + bias + noise * 0.01 * rng.normal(size=w.shape)

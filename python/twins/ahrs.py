@@ -51,12 +51,13 @@ from twins.ahrs_parts import (
 )
 from twins.first_samples import G_M_S2
 from twins.hrekf import quaternion_of
-from twins.ins import cross, cross_matrix, turned
+from twins.ins import EYE, cross, cross_matrix, turned
 
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
 FORCE_LATENCY, HEADING, LATENCY, DECLINATION, ERRORS = 5, 17, 23, 24, 25
 CONSIDERED = 17
 """Errors before this one are considered when a field or a heading corrects, but not corrected: no magnet may tilt the horizon."""
+ONE, EYE2 = np.eye(ERRORS), np.eye(2)
 UNSTATED_INSTANT = 0.125
 """Squared intervals: a rate may be a reading of its instant, as probably as not."""
 
@@ -66,6 +67,11 @@ def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Arra
     turning = cross(turn, measured_b)
     again = cross(turn, turning)
     return measured_b - share * turning + 0.5 * share**2 * again, turning - share * again
+
+
+def tilt_of(covariance: Array) -> Array:
+    """2: variances of the rotation about north and east."""
+    return covariance.diagonal()[15:17]
 
 
 class AhrsReference:
@@ -115,7 +121,7 @@ class AhrsReference:
     def first_covariance(self, sigma_heading: float) -> Array:
         o, sigma = self.o, np.zeros(ERRORS)
         sigma[V], sigma[M], sigma[LATENCY] = o.start_sigma_velocity_m_s, o.start_sigma_reference, o.start_sigma_latency_s
-        sigma[CALIBRATION] = np.where(np.eye(3), o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad).ravel()
+        sigma[CALIBRATION] = np.where(EYE, o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad).ravel()
         sigma[PHI] = o.start_sigma_tilt_rad, o.start_sigma_tilt_rad, sigma_heading
         sigma[BIAS], sigma[FORCE_BIAS] = o.start_sigma_bias_rad_s, o.start_sigma_accel_bias_m_s2
         sigma[FORCE_LATENCY] = o.start_sigma_accel_latency
@@ -190,7 +196,7 @@ class AhrsReference:
 
     def add_error(self, source: int, factor: float, to: int) -> None:
         """One error is larger by a multiple of another."""
-        T = np.eye(ERRORS)
+        T = ONE.copy()
         T[to, source] = factor
         self.P = T @ self.P @ T.T
 
@@ -228,7 +234,7 @@ class AhrsReference:
         dG: Array = self.R_bn @ mean * T
         self.G = self.G + dG
         if self.rate is not None:
-            self.L = self.L + np.einsum("il,j->ilj", dG, self.rate).reshape(3, 9)
+            self.L = self.L + np.outer(dG, self.rate).reshape(3, 9)
         self.R_bn = self.R_bn @ turn
         self.rate_power += float(u @ u) * T
         self.force_turn = self.force_turn + u * T
@@ -309,11 +315,11 @@ class AhrsReference:
 
     def transition(self) -> Array:
         """25 x 25, over the window."""
-        Phi, half = np.eye(ERRORS), 0.5 * G_M_S2 * self.force_s
+        Phi, half = ONE.copy(), 0.5 * G_M_S2 * self.force_s
         Phi[PHI, BIAS], Phi[PHI, CALIBRATION] = -self.G, -self.L
         # v_N -= g T theta_E and v_E += g T theta_N, with the mean of theta before and after.
-        Phi[0] -= half * (np.eye(ERRORS)[16] + Phi[16])
-        Phi[1] += half * (np.eye(ERRORS)[15] + Phi[15])
+        Phi[0] -= half * (ONE[16] + Phi[16])
+        Phi[1] += half * (ONE[15] + Phi[15])
         if self.window_s > 0:
             Phi[V, FORCE_BIAS] -= self.force_s / self.window_s * self.G[:2]
         Phi[V, FORCE_LATENCY] -= self.swept_velocity
@@ -328,10 +334,10 @@ class AhrsReference:
         """P(T) = Phi P Phi' + Q; the declination is that of the place, and a body that moves comes to other places."""
         o, T, Phi, scale2 = self.o, self.window_s, self.transition(), self.field_noise.scale2
         P = Phi @ self.P @ Phi.T
-        P[V, V] += ((o.gap_acceleration_m_s2 * self.force_gap_s) ** 2 + 0.002**2 * self.force_s) * np.eye(2)
-        P[PHI, PHI] += self.rotation_noise() * np.eye(3)
-        P[BIAS, BIAS] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * np.eye(3)
-        P[M, M] += o.reference_walk_per_sqrt_s**2 * scale2 * T * np.eye(2)
+        P[V, V] += ((o.gap_acceleration_m_s2 * self.force_gap_s) ** 2 + 0.002**2 * self.force_s) * EYE2
+        P[PHI, PHI] += self.rotation_noise() * EYE
+        P[BIAS, BIAS] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * EYE
+        P[M, M] += o.reference_walk_per_sqrt_s**2 * scale2 * T * EYE2
         if not self.rest.at_rest():
             kept = math.exp(-T / o.local_declination_s)
             self.declination *= kept
@@ -376,14 +382,15 @@ class AhrsReference:
 
         is_evidence: for or against a step of the gyro bias."""
         PHt, stepped = self.E @ H.T, H @ self.steps.response
-        S = H @ PHt + noise
-        self.error[considered:] += PHt[considered:] @ np.linalg.solve(S, innovation)
+        solved = np.linalg.solve(H @ PHt + noise, np.column_stack([innovation, stepped, PHt.T]))
+        by_innovation, by_step = solved[:, 0], solved[:, 1:4]
+        self.error[considered:] += PHt[considered:] @ by_innovation
         if is_evidence:
-            self.steps.information += stepped.T @ np.linalg.solve(S, stepped)
-            self.steps.sum += stepped.T @ np.linalg.solve(S, innovation)
-        self.steps.response[considered:] -= PHt[considered:] @ np.linalg.solve(S, stepped)
+            self.steps.information += stepped.T @ by_step
+            self.steps.sum += stepped.T @ by_innovation
+        self.steps.response[considered:] -= PHt[considered:] @ by_step
         self.steps.response[V.stop : PHI.start] = 0  # errors of sensors do not respond within a window
-        change = PHt @ np.linalg.solve(S, PHt.T)
+        change = PHt @ solved[:, 4:]
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
 
@@ -392,7 +399,7 @@ class AhrsReference:
 
     def shows_steps(self) -> bool:
         """Whether an accepted field is evidence for or against a step of the gyro bias."""
-        is_level = max(np.diag(self.P)[PHI][:2]) < 0.045**2
+        is_level = max(tilt_of(self.P)) < 0.045**2
         return bool(self.confirmed and is_level and self.o.body != "ship" and not self.steps.has_turned(self.R_bn))
 
     def admit_steps(self) -> None:
@@ -409,7 +416,7 @@ class AhrsReference:
     def correct_by_force(self, rests: bool) -> None:
         self.note_motion()
         if self.lasting_density2 > 0 and rests and not self.rested:
-            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * np.eye(2))
+            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * EYE2)
         if not self.level_again() and (rests or not self.speed.is_fresh()):
             self.correct_by_velocity(rests)
 
@@ -438,9 +445,9 @@ class AhrsReference:
         if np.linalg.norm(gathered) < 100 * self.force_s:
             self.lasting.note(gathered, self.explained_force2(), self.force_s)
             released2 = self.lasting.uncount()
-            self.E[V, V] += (0.0 if self.speed.is_fresh() else released2) * np.eye(2)
+            self.E[V, V] += (0.0 if self.speed.is_fresh() else released2) * EYE2
             return
-        self.E[V, V] += float(gathered @ gathered) * np.eye(2)
+        self.E[V, V] += float(gathered @ gathered) * EYE2
         self.velocity = self.lasting.before.copy()
         self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
 
@@ -464,16 +471,16 @@ class AhrsReference:
 
     def correct_by_velocity(self, rests: bool) -> None:
         """0 = v + noise: the velocity of a body is bounded."""
-        before = np.diag(self.E)[PHI][:2].copy()
+        before = tilt_of(self.E).copy()
         lasting2 = max(self.lasting.density2(), 0.0 if rests else self.lasting_density2)
-        H, noise = np.eye(ERRORS)[V], (self.motion.density2(rests) + lasting2) / self.force_s * np.eye(2)
+        H, noise = ONE[V], (self.motion.density2(rests) + lasting2) / self.force_s * EYE2
         S = self.E[V, V] + noise
         self.nis["accel"] = float(self.velocity @ np.linalg.solve(S, self.velocity))
         is_evidence = not (self.vehicle_tilt.P[0, 0] > 0 or self.o.body in ("car", "aircraft"))
         if is_evidence and lasting2 > self.swell_density2:
             self.note_hidden_step(S, (lasting2 - self.swell_density2) / self.force_s)
         self.learn(H, -self.velocity, noise, is_evidence=is_evidence)
-        after = np.diag(self.E)[PHI][:2]
+        after = tilt_of(self.E)
         self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
         self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), self.force_s)
         self.judge_hold()
@@ -481,7 +488,7 @@ class AhrsReference:
     def note_hidden_step(self, S: Array, hiding2: float) -> None:
         """Evidence of a step of the gyro bias that the noise of lasting velocities hides; hiding2: its variance in S."""
         stepped = self.steps.response[V]
-        more = np.linalg.solve(S - hiding2 * np.eye(2), stepped) - np.linalg.solve(S, stepped)
+        more = np.linalg.solve(S - hiding2 * EYE2, stepped) - np.linalg.solve(S, stepped)
         self.steps.hidden += stepped.T @ more
         self.steps.hidden_sum -= more.T @ self.velocity
 
@@ -551,9 +558,9 @@ class AhrsReference:
             return
         self.speed.left_s -= self.window_s
         if not self.speed.is_fresh():
-            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * np.eye(2))
+            self.forget_velocity(self.o.start_sigma_velocity_m_s**2 * EYE2)
             return
-        across, Phi = np.array([-self.velocity[1], self.velocity[0]]), np.eye(ERRORS)
+        across, Phi = np.array([-self.velocity[1], self.velocity[0]]), ONE.copy()
         Phi[V, BIAS] = np.outer(across, self.G[2])
         self.E, self.steps.response = Phi @ self.E @ Phi.T, Phi @ self.steps.response
         noise = np.zeros(ERRORS)
@@ -568,7 +575,7 @@ class AhrsReference:
         begins, since_s = not speed.is_fresh(), o.max_speed_age_s - speed.left_s
         speed.m_s, speed.sigma_m_s, speed.left_s = m_s, max(1e-3, sigma_m_s), o.max_speed_age_s
         across = np.array([-ahead[1], ahead[0]])
-        noise = speed.sigma_m_s**2 * np.eye(2) + (o.speed_slip_rad * m_s) ** 2 * np.outer(across, across)
+        noise = speed.sigma_m_s**2 * EYE2 + (o.speed_slip_rad * m_s) ** 2 * np.outer(across, across)
         vehicle = self.vehicle_tilt
         if begins:
             self.forget_velocity(noise)
@@ -576,26 +583,26 @@ class AhrsReference:
             if vehicle.P[0, 0] > 0:  # a lasting acceleration may have tilted the horizon
                 square = vehicle.square()
                 self.E[PHI, PHI] += square * np.diag([1, 1, 0.0 if self.aided else (self.M[1] / self.M[0]) ** 2])
-                self.E[M, M] += square * np.eye(2)
+                self.E[M, M] += square * EYE2
         else:
-            before = np.diag(self.E)[PHI][:2].copy()
+            before = tilt_of(self.E).copy()
             innovation, S = m_s * ahead - self.velocity - self.error[V], self.E[V, V] + noise
             self.nis["speed"] = nis = float(innovation @ np.linalg.solve(S, innovation))
             if nis > 13.8 and self.tilt_ready():
                 noise = noise + S * (nis / 13.8 - 1)
-            self.learn(np.eye(ERRORS)[V], innovation, noise)
-            after = np.diag(self.E)[PHI][:2]
+            self.learn(ONE[V], innovation, noise)
+            after = tilt_of(self.E)
             self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
             self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), since_s)
         if vehicle.P[0, 0] > 0:
-            vehicle.follow(max(np.diag(self.E)[PHI][:2]), self.E[0, 0])
+            vehicle.follow(max(tilt_of(self.E)), self.E[0, 0])
 
     def correct_by_rest(self) -> None:
         """Mean rate = b."""
         innovation = self.rest.mean_rate - self.bias - self.error[BIAS]
         self.lasting.settle(float(np.linalg.norm(self.rest.mean_force)), self.window_s)
         density2 = self.o.rest_bias_noise_rad_s_per_sqrt_hz**2 + max(self.rest.wander2, self.rest.wander_now2)
-        self.learn(np.eye(ERRORS)[BIAS], innovation, density2 / self.window_s * np.eye(3))
+        self.learn(ONE[BIAS], innovation, density2 / self.window_s * EYE)
 
     def correct_by_heading(self, heading_rad: float, sigma_rad: float) -> None:
         """An aid measures the heading of body x, which is undefined when x points up or down."""
@@ -736,7 +743,7 @@ class AhrsReference:
 
     def forget_reference(self, sigma: float) -> None:
         self.E[M], self.E[:, M] = 0, 0
-        self.E[M, M] = sigma**2 * np.eye(2)
+        self.E[M, M] = sigma**2 * EYE2
 
     def note_contradiction(self, apart_rad: float) -> None:
         """A field that contradicts a reference of a few seconds may be the true one; increases the output variance, and changes no gain."""
@@ -770,7 +777,7 @@ class AhrsReference:
         elif now < before:
             noise = np.array([[sigma2 * now * before / (before - now)]])
             small = np.array([-self.declination - self.error[DECLINATION]])
-            self.learn(np.eye(ERRORS)[[DECLINATION]], small, noise, CONSIDERED, is_evidence=False)
+            self.learn(ONE[[DECLINATION]], small, noise, CONSIDERED, is_evidence=False)
 
     # ----------------------------------------------------------------------------------------- an attitude that is lost
 
@@ -787,7 +794,7 @@ class AhrsReference:
         self.steps = self.new_steps()
         for rows in (V, PHI):
             self.E[rows], self.E[:, rows] = 0, 0
-        self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * np.eye(2)
+        self.E[V, V] = self.o.start_sigma_velocity_m_s**2 * EYE2
         self.E[PHI, PHI] = np.diag([tilt_variance, tilt_variance, heading_variance])
 
     def pass_gap(self, t_s: float) -> None:
@@ -837,10 +844,10 @@ class AhrsReference:
     def rotation_covariance(self) -> Array:
         """3 x 3, about the navigation axes, now: with the added variances of tilt and heading and of the rate's interval."""
         Phi = self.transition()[PHI]
-        covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * np.eye(3)
+        covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * EYE
         even = 0.5  # probability that an unknown body is a vehicle, and that a suspected step of the gyro bias has happened
         tilt = self.tilt_excess.variance + even * self.steps.suspected_tilt2
-        tilt += even * max(0.0, self.vehicle_tilt.square() - max(np.diag(self.P)[PHI][:2]))
+        tilt += even * max(0.0, self.vehicle_tilt.square() - max(tilt_of(self.P)))
         heading = self.all_reference_variance() + even * self.tilted_field_variance()
         covariance += np.diag([tilt, tilt, heading])
         by_hold = self.hold_error()
@@ -875,7 +882,7 @@ class AhrsReference:
 
     def is_tilt_within(self, added: float, limit_rad: float) -> bool:
         """added: variance beside that of P, rad^2."""
-        small = max(np.diag(self.P)[PHI][:2]) + added < limit_rad**2
+        small = max(tilt_of(self.P)) + added < limit_rad**2
         return bool(small and self.information[0] > 1 / limit_rad**2)
 
     def heading_ready(self) -> bool:

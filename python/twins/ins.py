@@ -11,6 +11,8 @@ description.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from hnav import earth
@@ -22,6 +24,7 @@ D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
 LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
 IRON, STRENGTH, DIRECTION = slice(28, 31), 31, 32
 ERRORS = 33
+EYE = np.eye(3)
 ALIKE_S = 5.0
 SLOW_GROWS_S = 10.0
 SHARP = 0.1
@@ -38,24 +41,26 @@ SMALL_M_S2, LONGEST_S = 0.1, 1.0
 
 def cross_matrix(x: Array) -> Array:
     """3 x 3: its product with y is x cross y."""
-    return np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
+    a, b, c = x.tolist()
+    return np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
 
 
 def cross(x: Array, y: Array) -> Array:
     """NumPy's takes ten times as long for three numbers."""
-    product: Array = cross_matrix(x) @ y
-    return product
+    (a, b, c), (d, e, f) = x.tolist(), y.tolist()
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
 def turned(x: Array) -> tuple[Array, Array, Array]:
     """A held rate that turns by x: the rotation, its mean over the interval, and the mean weighted by the time left (3 x 3 each)."""
-    n, X = float(np.linalg.norm(x)), cross_matrix(x)
+    n, X = math.sqrt(x @ x), cross_matrix(x)
     if n < 1e-3:
         terms = [1 - n**2 / 6, 0.5 - n**2 / 24, 1 / 6 - n**2 / 120, 1 / 24 - n**2 / 720]
     else:
-        terms = [np.sin(n) / n, (1 - np.cos(n)) / n**2, (n - np.sin(n)) / n**3, (n**2 / 2 - 1 + np.cos(n)) / n**4]
-    a, b, c, d = terms
-    return np.eye(3) + a * X + b * X @ X, np.eye(3) + b * X + c * X @ X, np.eye(3) / 2 + c * X + d * X @ X
+        sin, cos = math.sin(n), math.cos(n)
+        terms = [sin / n, (1 - cos) / n**2, (n - sin) / n**3, (n**2 / 2 - 1 + cos) / n**4]
+    (a, b, c, d), X2 = terms, X @ X
+    return EYE + a * X + b * X2, EYE + b * X + c * X2, 0.5 * EYE + c * X + d * X2
 
 
 class Consistency:

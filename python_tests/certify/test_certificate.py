@@ -79,7 +79,7 @@ def test_noise_of_an_interval_equals_van_loans_integral(turn_rad):
     np.testing.assert_allclose(watched.Q, after @ Phi @ V[:7, 7:] @ after.T, atol=1e-12 * np.abs(watched.Q).max())
 
 
-def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 8) -> GainRecord:
+def invariant_record(rate_1_s: float, interval_s: float = 0.01, count: int = 4) -> GainRecord:
     """A body at rest whose every correction shrinks attitude and bias error by e^{-rate T}, a linear law with that decay."""
     shrink = 1 - np.exp(-rate_1_s * interval_s)
     H = np.zeros((6, 7))
@@ -407,7 +407,7 @@ def test_intervals_nest(record):
         SampledDataInequality(steady, 2.0).with_interval(INTERVAL_S).M, SampledDataInequality(steady, 2.0).M, atol=1e-14
     )
     # The body turns back faster than the gains have learnt: an interval too long turns the bias error away from them.
-    turned = [replace(c, turns=((np.array([0, 0, -0.3]), INTERVAL_S),)) for c in steady.corrections[::5]]
+    turned = [replace(c, turns=((np.array([0, 0, -0.3]), INTERVAL_S),)) for c in steady.corrections[::10]]
     found = certify(GainRecord("turned", turned, 0.0), starts=0)
     inequality = SampledDataInequality(GainRecord("turned", turned, 0.0), 2.0)
     assert INTERVAL_S < found.mixed_interval_s <= found.longest_interval_s
@@ -505,7 +505,7 @@ def test_a_sensor_that_is_gone_for_long_is_named():
 
 def test_a_law_whose_field_comes_at_every_third_correction_decays_with_its_windows():
     """There the bias is seen once in three corrections, and falls by a third of the rate; no single P would allow any."""
-    found = certify(without_field(invariant_record(1.0, count=12), lambda k: k % 3 != 2), starts=0)
+    found = certify(without_field(invariant_record(1.0, count=6), lambda k: k % 3 != 2), starts=0)
     assert found.certified, found.reason
     assert found.longest_window == 3 and found.P.shape == (3, 6, 6)
     assert found.rate_1_s == pytest.approx(1 / 3, rel=0.01) and found.rate_1_s <= found.spectral_rate_1_s * (1 + 1e-9)

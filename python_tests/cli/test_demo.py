@@ -1,6 +1,8 @@
 """The demo: a user's own file, recordings of devices, the closed loop; the printed lines name the pages that were written."""
 
+import functools
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -38,12 +40,14 @@ def pages(done: Answer) -> list[Path]:
     return [Path(path) for path in re.findall(r"page.*: (\S+\.html)$", done.stdout, re.MULTILINE)]
 
 
+short_run = functools.cache(partial(demo.simulate, stop_s=3.0))
+
+
 @pytest.fixture
 def short(monkeypatch):
     """The closed loop for a few seconds and seeds."""
     built_system("turntable")
-    whole = demo.simulate
-    monkeypatch.setattr(demo, "simulate", lambda *a, **named: whole(*a, **named, stop_s=3.0))
+    monkeypatch.setattr(demo, "simulate", short_run)
     monkeypatch.setattr(demo, "SEEDS", range(1, 4))
 
 

@@ -211,7 +211,7 @@ def test_a_clock_that_restarts_and_a_source_that_stalls(tmp_path, lines):
 
 def test_mavlink(tmp_path):
     mavutil = pytest.importorskip("pymavlink.mavutil", reason="pymavlink is not installed")
-    port, r = free_port(), tilted_motion(4).recording
+    port, r = free_port(), tilted_motion(2).recording
     with session(tmp_path, f"mavlink:udpin:{LOCAL}:{port}") as live:
         live.wait_for(lambda: ": opened" in live.said, "the start")
         link = mavutil.mavlink_connection(f"udpout:{LOCAL}:{port}", source_system=1)
@@ -378,7 +378,7 @@ def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
         values = lines[1].split(",", 1)[1]
         client.sendto(lines[0].encode(), (LOCAL, port))
         begin_s = time.monotonic()
-        for i in range(20_000):
+        for i in range(10_000):
             sample = f"{i / 20_000!r},{values}".encode()
             if i % 10 == 9:
                 sample = bytes(chance.choice(b'{[,:.-"x0\x00\xff\xc3') for _ in range(chance.randint(1, 80))).strip() or b"x"
@@ -387,7 +387,7 @@ def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
             while time.monotonic() < begin_s + i / 20_000:
                 pass
         for i in range(3):  # what was dropped is said with what comes after it
-            time.sleep(1.0)
+            time.sleep(0.5)
             client.sendto(f"{10 + i},{values}".encode(), (LOCAL, port))
             sent += 1
         live.wait_for(lambda: live.record.read_text().rstrip().rsplit("\n", 1)[-1].startswith("12.0,"), "the last row")
@@ -395,7 +395,7 @@ def test_a_flood_and_garbage_lose_nothing_silently(tmp_path, lines):
     assert counts["lines"] + counts.get("dropped by the system", 0) == sent + 1
     assert counts["lines"] == counts["rows"] + counts["no sample"] + counts.get("late", 0) + 1
     assert counts["rows"] == live.check_same_numbers(tmp_path)
-    assert counts["rows"] > 9000 and "Traceback" not in live.said
+    assert counts["rows"] > 4500 and "Traceback" not in live.said
 
 
 def test_the_page_in_a_browser(tmp_path, lines):

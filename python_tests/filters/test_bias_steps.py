@@ -1,5 +1,6 @@
 """The AHRS after a step of the gyro bias: it finds the new bias, and claims no attitude that the old one has turned."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,13 @@ from studies.bench.motions import body_of, motion
 
 AT_S, STEP_RAD_S = 40.0, np.radians(0.7)
 SEEDS = range(4)
+recorded = functools.cache(motion)
 
 
 def after_step(kind: str, seed: int, given: bool, size_rad_s: float = STEP_RAD_S):
     """Tilt error in deg, its stated sigma in deg and ready flag of each row after the step; and what the gyro bias lacks of it at the end,
     rad/s."""
-    recording, axis = motion(kind, seed), np.random.default_rng([seed, 77]).normal(size=3)
+    recording, axis = recorded(kind, seed), np.random.default_rng([seed, 77]).normal(size=3)
     step = size_rad_s * axis / np.linalg.norm(axis)
     later = recording.t_s - recording.t_s[0] >= AT_S
     rates = recording.rate_b_rad_s + np.where(later[:, None], step, 0)
@@ -64,7 +66,7 @@ def test_a_bias_that_stays_is_not_taken_for_one_that_steps(kind):
 def test_iron_on_a_car_that_turns_is_no_step(given):
     """2.7 uT turn the azimuth by up to 8 deg in a bend, within some seconds: without the law the bias jumps by 0.5 deg/s."""
     for seed in SEEDS:
-        recording = motion("car", seed)
+        recording = recorded("car", seed)
         field = recording.field_b_tesla + np.array([1.5e-6, -1e-6, 2e-6])
         ahrs = Filter("ahrs", solver="closed_form", navigation_frame="enu", body="car" if given else "any")
         bias = ahrs.run_recording(replace(recording, field_b_tesla=field)).gyro_bias_rad_s

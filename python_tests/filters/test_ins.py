@@ -471,7 +471,7 @@ def test_many_readings_of_one_compass_tell_no_more_than_one():
     assert 0.05 < sigma[1] <= sigma[0] < 0.065
 
 
-@pytest.mark.parametrize("kind, runs, median_s", [("car", 10, 35), ("aircraft", 10, 60), ("rest", 2, 200)])
+@pytest.mark.parametrize("kind, runs, median_s", [("car", 6, 35), ("aircraft", 6, 60), ("rest", 2, 200)])
 def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s):
     found = figures(list(experiment(kind, "navigation" if kind == "rest" else "industrial", runs, 5, 1)))
     assert found.false == 0
@@ -487,15 +487,15 @@ def test_starts_find_their_heading_and_claim_nothing_false(kind, runs, median_s)
     [("car", "compass", 25), ("aircraft", "compass", 35), ("car", "first_fixes", 25), ("car", "wheels", 20)],
 )
 def test_a_wrong_compass_and_wrong_first_fixes_cost_no_time_and_wheels_save_some(kind, condition, median_s):
-    found = figures(list(experiment(kind, "industrial", 12, 7, 1, condition=condition)))
-    assert found.false == 0 and found.ready == 12 and found.median_s < median_s
-    # Twelve starts of three axes whose errors hang together.
+    found = figures(list(experiment(kind, "industrial", 8, 7, 1, condition=condition)))
+    assert found.false == 0 and found.ready == 8 and found.median_s < median_s
+    # Eight starts of three axes whose errors hang together.
     assert found.position_z2 < 2 and found.heading_z2 < 3
 
 
 @pytest.mark.parametrize("kind", ["straight", "take_off"])
 def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
-    found = figures(list(experiment(kind, "industrial", 12, 5, 1)))
+    found = figures(list(experiment(kind, "industrial", 8, 5, 1)))
     assert found.early_tilt_z2 < 2 and found.tilt_z2 < 3 and found.false == 0
 
 
@@ -578,10 +578,10 @@ def test_the_simulation_is_its_own_truth():
 
 @pytest.mark.parametrize("fixes", WAYS, ids=lambda fixes: fixes.text)
 def test_a_hand_that_moves_about_gets_its_heading_without_a_magnetometer(broad_trials, fixes):
-    every_second = trials(next(iter(broad_trials.values())).parent)[::2]
-    found = [minute for path in every_second for minute in minutes_of(path, fixes)]
+    every_fourth = trials(next(iter(broad_trials.values())).parent)[::4]
+    found = [minute for path in every_fourth for minute in minutes_of(path, fixes)]
     rms, smoothed = np.degrees([(m.rms, m.smoothed_rms) for m in found]).T
-    assert len(found) > 20 and not any(m.is_false for m in found)
+    assert len(found) > 10 and not any(m.is_false for m in found)
     assert np.median(rms) < 1.6 and rms.max() < 5.5
     assert 0.3 < np.mean([m.z2 for m in found]) < 1.15
     assert np.nanmax(smoothed) < 5 and np.nanmean([m.smoothed_z2 for m in found]) < 1.15

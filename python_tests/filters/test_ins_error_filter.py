@@ -94,6 +94,15 @@ def test_a_matrix_of_the_wrong_shape_is_named():
         InsErrorFilter(LinearModel(A=0.5 * eye, H=eye, Qw=eye, Qv=eye, P0=eye)).step(None, np.zeros(3))
 
 
+def powers(M: np.ndarray, count: int) -> np.ndarray:
+    """count x n x n, from the zeroth on."""
+    found = np.empty((count, *M.shape))
+    found[0] = np.eye(len(M))
+    for k in range(1, count):
+        found[k] = M @ found[k - 1]
+    return found
+
+
 def true_covariance(model: LinearModel, options: InsErrorOptions, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """Exact covariance of the settled filter's error, and the one it claims.
 
@@ -106,15 +115,16 @@ def true_covariance(model: LinearModel, options: InsErrorOptions, steps: int) ->
     f.run(np.zeros((steps, m.nu)), np.zeros((steps, m.nz)))  # settles at zero, as slowly as the slowest mode
     settled = f.save()
     late = options.form in ("mdkf", "amdkf") or options.lag == 1
-    total = np.zeros((m.nx, m.nx))
+    total, of_A, of_An = np.zeros((m.nx, m.nx)), powers(m.A, steps - 1), powers(m.An, steps - 1)
     for source, Q in (("w", m.Qw), ("U", m.QU), ("v", m.Qv)):
         assert np.array_equal(Q, np.diag(np.diag(Q)))
         for i, variance in enumerate(np.diag(Q)):
             unit = np.eye(len(Q))[i]
             x, lam, z = np.zeros((steps, m.nx)), np.zeros((steps, m.nz)), np.zeros((steps, m.nz))
-            x[1], lam[1] = m.G @ unit * (source == "w"), m.Bn @ unit * (source == "U")
-            for k in range(2, steps):
-                x[k], lam[k] = m.A @ x[k - 1], m.An @ lam[k - 1]
+            if source == "w":
+                x[1:] = of_A @ (m.G @ unit)
+            elif source == "U":
+                lam[1:] = of_An @ (m.Bn @ unit)
             z = x @ m.H.T + lam
             z[1] += unit * (source == "v")
             f.load(settled)

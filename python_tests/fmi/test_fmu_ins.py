@@ -381,7 +381,8 @@ def test_simulate_fmu_runs_the_example_input(version, kind, tmp_path):
     path = fmu_path("Ins", version)
     folder = fmpy.extract(str(path), str(tmp_path))
     signal = np.genfromtxt(f"{folder}/resources/example_input.csv", delimiter=",", names=True, deletechars="")
-    result = simulate_fmu(folder, fmi_type=kind, input=signal, stop_time=60.0, output_interval=0.01,
+    signal = signal[signal["time"] <= 40]
+    result = simulate_fmu(folder, fmi_type=kind, input=signal, stop_time=40.0, output_interval=0.01,
                           output=["att.heading", "att.sigma[3]", "align.phase", "nav.velocity[1]"])  # fmt: skip
     end = result[-1]
     speed = np.hypot(signal["gnssvel.velocity[1]"], signal["gnssvel.velocity[2]"])[-1]

@@ -79,8 +79,8 @@ def test_model_exchange_agrees_to_a_millionth(engine, filter, motion):
 @pytest.mark.parametrize("filter", FILTERS)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_every_engine_gives_the_same_score_on_a_real_recording(engine, filter, broad_trial):
-    """A minute of a BROAD trial; 20 s in Model Exchange, which integrates step by step."""
-    crop = broad_trial.cropped(20 if engine.endswith("me") else 60)
+    """30 s of a BROAD trial; 12 s in Model Exchange, which integrates step by step."""
+    crop = broad_trial.cropped(12 if engine.endswith("me") else 30)
     settings = {"navigation_frame": "enu"}
     s, expected = (score(run_recording(crop, filter, e, settings=settings).q_nb, crop.reference_q_nb) for e in (engine, "c"))
     assert s.total < 10

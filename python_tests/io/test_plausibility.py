@@ -18,7 +18,7 @@ from motion import tilted_motion
 from studies.plausibility.good import MOTIONS, good_recording
 from studies.plausibility.study import FAULTS
 
-SEEDS = 5
+SEEDS = 3
 
 
 @pytest.fixture(scope="module")

@@ -174,10 +174,10 @@ def test_plants_with_events(case):
     compare(made[False], made[True], 1.0)
 
 
-@pytest.mark.parametrize("bounds", [{}, {"min": 0.0}], ids=["free", "bounded"])
-def test_a_tank_that_runs_empty(bounds):
+@pytest.mark.parametrize(("runs", "bounds"), [(2, {}), (5, {"min": 0.0})], ids=["free", "bounded"])
+def test_a_tank_that_runs_empty(runs, bounds):
     made: dict[bool, list] = {False: [], True: []}
-    for seed in range(5):
+    for seed in range(runs):
         h, y = tank.emptied(seed)
         for smooth, runs in made.items():
             runs.append((h[:, None], Observer(tank.plan(**bounds)).run(tank.T_S, {"h": y}, {"q": tank.inflow()}, smooth=smooth)))

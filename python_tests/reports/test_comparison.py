@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -91,8 +93,18 @@ def test_the_same_trajectory_is_the_same_in_every_format(tmp_path):
         read_trajectory(tmp_path / "none.csv")
 
 
+def cut(trial: Path, folder: Path, rows: int) -> Path:
+    """The first rows of a trial, as a trial of the same name."""
+    path = folder / trial.name
+    with h5py.File(trial) as whole, h5py.File(path, "w") as file:
+        file.attrs.update(whole.attrs)
+        for name, values in whole.items():
+            file[name] = values[:rows]
+    return path
+
+
 def test_estimates_of_the_ahrs_against_a_trial_whatever_their_frame(tmp_path, broad_trials):
-    path = broad_trials[min(broad_trials)]
+    path = cut(next(path for path in broad_trials.values() if path.suffix == ".hdf5"), tmp_path, 12_000)
     files = []
     for frame in ("enu", "ned"):
         files.append(tmp_path / f"{frame}.csv")

@@ -59,8 +59,8 @@ def test_three_seeds_of_an_event(event):
     assert [run.seed for run in found] == [0, 1, 2]
     assert all(run.settled_s < 20 and run.false_share < 0.2 for run in found)
     assert np.isnan([run.peer_settled_s for run in found]).all() == EVENTS[event].heading
-    again = recoveries(range(3), event, "ahrs", {})
-    np.testing.assert_array_equal([astuple(run) for run in again], [astuple(run) for run in found])
+    again = recoveries(range(1), event, "ahrs", {})
+    np.testing.assert_array_equal([astuple(run) for run in again], [astuple(run) for run in found[:1]])
 
 
 def test_the_table_has_a_row_for_each_event(monkeypatch):

@@ -21,11 +21,14 @@ KILLS = {"simulate": 2, "filter": 2, "montecarlo": 1, "report": 2}
 def built(monkeypatch):
     built_system("turntable")
     monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.setattr(commands, "ROWS", 1000)
 
 
 @pytest.mark.parametrize("name", ["simulate", "filter", "montecarlo", pytest.param("report", marks=pytest.mark.slow)])
 def test_a_command_that_is_interrupted_leaves_the_old_output_or_the_new_one(name, tmp_path, monkeypatch):
     monkeypatch.setattr(commands, "RUNS", 2)
+    if name != "report":
+        monkeypatch.setattr(commands, "prepare", lambda folder, run: None)
     if name == "montecarlo":
         pytest.importorskip("pyarrow", reason="pyarrow is not installed: no Parquet")
     (trial,) = interrupt(KILLS[name], 1, tmp_path, [name])
@@ -44,9 +47,10 @@ def test_a_command_that_writes_bit_by_bit_is_found_out(tmp_path, monkeypatch):
                 for part in range(10):
                     file.write(text[part * len(text) // 10 : (part + 1) * len(text) // 10])
                     file.flush()
-                    time.sleep(0.1)  # in all longer than the rest of the command
+                    time.sleep(0.05)  # in all longer than the rest of the command
 
     monkeypatch.setattr(run_files, "write_files", write_slowly)
+    monkeypatch.setattr(commands, "prepare", lambda folder, run: None)
     (trial,) = interrupt(4, 1, tmp_path, ["filter"])
     assert trial.found[KILLED]["fault"] > 0
     assert "filter, killed: out.csv: neither the old output nor the new one" in trial.faults

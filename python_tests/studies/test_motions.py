@@ -26,7 +26,7 @@ class WithoutErrors:
     start_sigma_gyro_scale = gyro_scale = 0.0
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
     monkeypatch.setattr(motions, "Options", lambda filter, grade: WithoutErrors())

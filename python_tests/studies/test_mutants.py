@@ -1,5 +1,6 @@
 """Mutants: what may be changed, what is chosen of it, and a sample that the tests have to notice."""
 
+import functools
 import shutil
 import subprocess
 
@@ -8,6 +9,7 @@ import pytest
 pytest.importorskip("tree_sitter_cpp")
 
 from checkout import TOP
+from studies.mutants import mutated_copy
 from studies.mutants.mutated_copy import ROOMS, SWITCH, chosen, mutated, sample, write_copy
 from studies.mutants.sites import mutants_of
 from studies.mutants.study import COUNT, COUNT_OF_ROOM, EVERYTHING, Fate, equivalents, table_of
@@ -25,6 +27,15 @@ int f(int a, double b) {
     return sum * g<n + 2>(a);
 }
 """
+
+
+parsed_once = functools.cache(mutants_of)
+
+
+@pytest.fixture(autouse=True)
+def parsed(monkeypatch):
+    """Each choice parses all sources."""
+    monkeypatch.setattr(mutated_copy, "mutants_of", parsed_once)
 
 
 def changes(source):

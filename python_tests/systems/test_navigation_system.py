@@ -30,7 +30,7 @@ OUTAGE = {"gnss_receiver.gnss.outage_start_s": "40", "gnss_receiver.gnss.outage_
 def drives() -> list[Navigator]:
     """Cars that set off, one for each seed."""
     with LoadedSystem(built_system("navigation")) as loaded:
-        return [navigators(simulate(loaded, seed=seed, stop_s=SHORT_S))[0] for seed in range(1, 9)]
+        return [navigators(simulate(loaded, seed=seed, stop_s=SHORT_S))[0] for seed in range(1, 7)]
 
 
 # --------------------------------------------------------------------------------------------- files
@@ -77,7 +77,7 @@ def test_a_car_finds_its_heading_and_its_sigmas_are_as_large_as_its_errors(drive
     assert [seen.run.about["failure"] for seen in drives] == [""] * len(drives)
     assert not any(sum(seen.run.about["lost"].values()) for seen in drives)
     found = pd.DataFrame([seen.figures for seen in drives])
-    assert (found["heading_ready_s"] < SHORT_S).sum() >= 7 and not found["false_ready"].any()
+    assert (found["heading_ready_s"] < SHORT_S).sum() >= 5 and not found["false_ready"].any()
     ready = found[found["heading_ready_s"] < SHORT_S]
     assert 0.2 < ready["heading_z2"].mean() < 3 and 0.2 < ready["position_z2"].mean() < 2.5
     assert (ready["heading_end_deg"].abs() < 2).all() and (ready["position_end_m"] < 8).all()
@@ -137,7 +137,7 @@ def test_late_fixes_that_the_horizon_waits_for_cost_nothing():
 
 def test_a_gyrocompass_of_navigation_grade_finds_north_and_a_tactical_one_does_not_say_so():
     with LoadedSystem(built_system("gyrocompass")) as loaded:
-        fine = [navigators(simulate(loaded, seed=seed, stop_s=120.0))[0] for seed in (1, 2, 3)]
+        fine = [navigators(simulate(loaded, seed=seed, stop_s=120.0))[0] for seed in (1, 2)]
         coarse = navigators(simulate(loaded, grade="tactical", seed=1, stop_s=120.0))[0]
     for seen in fine:
         assert seen.ready_s < 120 and not seen.is_false
@@ -206,9 +206,9 @@ def test_the_report_shows_track_and_errors(drives, tmp_path):
 def test_fmpy_runs_the_system_with_a_scenario():
     ssp = built_system("navigation")
     found = simulate_ssp(
-        ssp, stop_time=20, step_size=0.01, parameter_set=read_ssv(str(FOLDER / "navigation/scenarios/aircraft_turn.ssv"))
+        ssp, stop_time=12, step_size=0.01, parameter_set=read_ssv(str(FOLDER / "navigation/scenarios/aircraft_turn.ssv"))
     )
-    assert found["ins.count.missed"][-1] == 0 and found["ins.count.gnss_used"][-1] > 90
+    assert found["ins.count.missed"][-1] == 0 and found["ins.count.gnss_used"][-1] > 50
     assert found["ins.align.tilt_ready"][-1]
 
 

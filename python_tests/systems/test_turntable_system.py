@@ -153,7 +153,7 @@ def attitude_nees(truth_q: np.ndarray, q: np.ndarray, upper: np.ndarray) -> floa
 
 
 def test_in_the_matched_scenario_errors_are_as_large_as_the_filter_says():
-    runs, at = 24, (999, 1999)
+    runs, at = 12, (999, 1999)
     nees = np.zeros((runs, len(at)))
     for seed in range(runs):
         run = closed_run(SCENARIOS["matched"][1], 20, {"turntable": TRUE_Q, "hekf": Q + COVARIANCE}, seed=seed, filters=("hekf",))

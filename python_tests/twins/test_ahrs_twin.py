@@ -45,14 +45,12 @@ def push(library: Filter, t_s: float, rate, force, field, heading, speed=None) -
 
 def state_of(library: Filter) -> tuple:
     """The flags and counters, which must be equal; the numbers are compared within a tolerance."""
-    now, field, health = library.attitude(), library.field(), library.health()
-    return now.tilt_ready, now.heading_ready, field.gate, field.reference_changes, field.at_rest, health.lost, health.times_lost
+    now, field = library.attitude(), library.field()
+    return now.tilt_ready, now.heading_ready, field.gate, field.reference_changes, field.at_rest
 
 
 def state_of_twin(twin: AhrsReference) -> tuple:
-    field = twin.field
-    ready = twin.tilt_ready(), twin.heading_ready()
-    return *ready, GATES[twin.verdict], field.changes, twin.rest.at_rest(), twin.lost, twin.times_lost
+    return twin.tilt_ready(), twin.heading_ready(), GATES[twin.verdict], twin.field.changes, twin.rest.at_rest()
 
 
 def sigma_of(twin: AhrsReference) -> np.ndarray:
@@ -64,7 +62,8 @@ def largest(difference: np.ndarray) -> float:
 
 
 def assert_equal(rows: Iterator[tuple], amplifies: bool = False, **options: object) -> tuple[AhrsReference, set[str]]:
-    """Compares both row by row; returns the twin at the end, and every verdict on a field that it came to.
+    """Compares flags row by row, and in every fifth row numbers and losses too; returns the twin at the end, and every verdict on a field that
+    it came to.
 
     amplifies: the noise of the motion depends on the sigma, and the motion may amplify roundings for seconds; a second twin that sees the
     samples one rounding larger then measures by how much.
@@ -72,22 +71,26 @@ def assert_equal(rows: Iterator[tuple], amplifies: bool = False, **options: obje
     both = Options("ahrs", **PLAIN | options)
     library, twin, verdicts = Filter(both), AhrsReference(both), set()
     rounded, room, sigma_room = AhrsReference(both), 0.0, 0.0
-    for t, *samples in rows:
+    for row, (t, *samples) in enumerate(rows):
         push(library, t, *samples)
         twin.event(t, *samples)
         if amplifies:
             rounded.event(t, *(s if s is None else np.nextafter(s, np.inf) for s in samples))
-        assert library.diagnostics().started == twin.started, t
+        if not verdicts:
+            assert library.diagnostics().started == twin.started, t
         if not twin.started:
             continue
         assert state_of(library) == state_of_twin(twin), t
-        now, q, sigma = library.attitude(), twin.q_nb, sigma_of(twin)
+        verdicts.add(twin.verdict)
+        if row % 5:
+            continue
+        now, health, q, sigma = library.attitude(), library.health(), twin.q_nb, sigma_of(twin)
+        assert (health.lost, health.times_lost) == (twin.lost, twin.times_lost), t
         if amplifies:
             room, sigma_room = 100 * largest(rounded.q_nb - q), 100 * largest(sigma_of(rounded) / sigma - 1)
         assert 2 * min(largest(now.q_nb - q), largest(now.q_nb + q)) < max(1e-10, room), t
         assert largest(now.sigma_rad / sigma - 1) < max(1e-8, sigma_room), t
         assert largest(library.gyro_bias()[0] - twin.bias) < max(1e-11, 0.1 * room), t
-        verdicts.add(twin.verdict)
     assert twin.started
     np.testing.assert_allclose(library.gyro_calibration()[0], twin.S, atol=max(1e-10, room))
     field, latency_room = library.field(), 100 * abs(rounded.latency - twin.latency) if amplifies else 0.0
@@ -98,7 +101,7 @@ def assert_equal(rows: Iterator[tuple], amplifies: bool = False, **options: obje
 
 @pytest.mark.parametrize("index", range(12))
 def test_the_library_is_the_numpy_twin_in_every_motion_and_field(index):
-    twin, verdicts = assert_equal(rows_of(start(index, 12.0)), amplifies=index in (4, 8))
+    twin, verdicts = assert_equal(rows_of(start(index, 12.0 if index == 10 else 9.0)), amplifies=index in (4, 8))
     if index == 1:
         assert twin.heading_ready() and not twin.field.changes
     if index == 10:
@@ -146,14 +149,14 @@ def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field
     ("car", 0, {}), ("car", 1, {"body": "car"}), ("aircraft", 3, {"max_speed_age_s": 1.5}), ("boat", 1, {"speed_slip_rad": 0.1}),
 ])  # fmt: skip
 def test_the_library_is_the_numpy_twin_with_speeds_of_which_some_are_missing_or_wrong(kind, seed, options):
-    recording = motion(kind, seed).cropped(24.0)
+    recording = motion(kind, seed).cropped(18.0)
     given = recording.aids["speed"]
 
     def rows():
         for k, row in enumerate(rows_of(recording)):
             second = k // 100
-            wrong_m_s = 9.0 if second == 20 else 0.0
-            is_there = k % 100 == 0 and second not in (6, 7, 8, 9, 10)
+            wrong_m_s = 9.0 if second == 14 else 0.0
+            is_there = k % 100 == 0 and second not in (4, 5, 6, 7, 8)
             yield *row, (given.values[second, 0] + wrong_m_s, given.sigma[second, 0]) if is_there else None
 
     twin, _ = assert_equal(rows(), **options)
@@ -205,34 +208,36 @@ def test_the_library_is_the_numpy_twin_with_the_field_of_the_place(hidden, index
 
 
 def test_the_library_is_the_numpy_twin_on_a_real_recording(broad_trial):
-    twin, _ = assert_equal(rows_of(broad_trial.cropped(20)), outlier_rate_rad_s=8.0)
+    twin, _ = assert_equal(rows_of(broad_trial.cropped(10)), outlier_rate_rad_s=8.0)
     assert twin.heading_ready()
 
 
-@pytest.mark.parametrize(("kind", "body", "seed"), [("car", "car", 0), ("aircraft", "aircraft", 3), ("foot", "walker", 0)])
-def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed, monkeypatch):
+@pytest.mark.parametrize(
+    ("kind", "body", "seed", "rows"), [("car", "car", 0, 1500), ("aircraft", "aircraft", 3, 2800), ("foot", "walker", 0, 1500)]
+)
+def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed, rows, monkeypatch):
     """Stops and smooth bends, in which the field decides whether the body rests."""
     noted, note = [], StillField.note
     monkeypatch.setattr(StillField, "note", lambda self, *given: noted.append(note(self, *given)) or noted[-1])
-    assert_equal(islice(rows_of(motion(kind, seed)), 3000), body=body)
+    assert_equal(islice(rows_of(motion(kind, seed)), rows), body=body)
     assert len(noted) > 100
 
 
 def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps_at_rest():
-    """By 0.4 deg/s after 15 s: the field shows that the body does not turn."""
-    rng, t_s = np.random.default_rng(4), np.arange(0, 30, 0.01)
+    """By 0.4 deg/s after 8 s: the field shows that the body does not turn."""
+    rng, t_s = np.random.default_rng(4), np.arange(0, 18, 0.01)
     step = np.radians([0.2, -0.3, 0.2])
     rate, force, field = (sigma * rng.standard_normal((len(t_s), 3)) for sigma in (2e-3, 0.03, 3e-7))
-    rate[t_s > 15] += step
+    rate[t_s > 8] += step
     recording = Recording("desk", t_s, rate, force + [0.3, 0.2, -9.8], field + [2e-5, 1e-6, 4.5e-5])
     twin, _ = assert_equal(rows_of(recording))
     assert np.linalg.norm(twin.bias - step) < 0.1 * np.linalg.norm(step)
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("car", 9), ("aircraft", 21), ("arm", 1)])
-def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed):
+@pytest.mark.parametrize(("kind", "seed", "rows"), [("car", 9, 1500), ("aircraft", 22, 1500), ("arm", 1, 3000)])
+def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed, rows):
     """Readiness of the tilt waits until the velocities of a vehicle allow it, for a rest, or for a turn that no vehicle makes."""
-    assert_equal(islice(rows_of(motion(kind, seed)), 3000), amplifies=True)
+    assert_equal(islice(rows_of(motion(kind, seed)), rows))
 
 
 @pytest.mark.parametrize(("kind", "body"), [("arm", "any"), ("quadrotor", "quadrotor")])
@@ -241,5 +246,7 @@ def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps(kind, body):
     recording, step = motion(kind, 0), np.radians([0.6, -0.6, 0.5])
     rates = recording.rate_b_rad_s + np.where(recording.t_s[:, None] - recording.t_s[0] >= 20, step, 0)
     twin, _ = assert_equal(islice(rows_of(replace(recording, rate_b_rad_s=rates)), 4000), body=body)
-    before, _ = assert_equal(islice(rows_of(recording), 2000), body=body)
-    assert np.linalg.norm(twin.bias - before.bias - step) < 0.1 * np.linalg.norm(step)
+    before = Filter(Options("ahrs", **PLAIN, body=body))
+    for row in islice(rows_of(recording), 2000):
+        push(before, *row)
+    assert np.linalg.norm(twin.bias - before.gyro_bias()[0] - step) < 0.1 * np.linalg.norm(step)

@@ -70,7 +70,7 @@ def test_the_library_is_the_reference_on_a_real_recording(broad_trial):
 
 def test_the_printed_equations_lose_the_bias_off_level_and_the_corrected_ones_find_it():
     """Equation (9), wrong side: a level body hides it, at 20 deg of tilt it costs degrees per second."""
-    assert bias_error_deg_s(0, "kinematics") < 0.1
-    assert bias_error_deg_s(20, "kinematics") > 1
-    assert bias_error_deg_s(20, "all") > 1
-    assert bias_error_deg_s(20, "") < 0.1
+    assert bias_error_deg_s(0, "kinematics", 25) < 0.1
+    assert bias_error_deg_s(20, "kinematics", 25) > 1
+    assert bias_error_deg_s(20, "all", 25) > 1
+    assert bias_error_deg_s(20, "", 25) < 0.1
