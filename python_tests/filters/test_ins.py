@@ -493,6 +493,13 @@ def test_a_wrong_compass_and_wrong_first_fixes_cost_no_time_and_wheels_save_some
     assert found.position_z2 < 2 and found.heading_z2 < 3
 
 
+@pytest.mark.parametrize("kind", ["car", "aircraft"])
+def test_a_given_state_that_motion_contradicts_is_left(kind):
+    found = figures(list(experiment(kind, "industrial", 6, 7, 1, condition="state")))
+    assert found.false == 0 and found.ready == 6 and found.median_s < 60
+    assert found.position_z2 < 2 and found.heading_z2 < 3 and found.tilt_z2 < 2
+
+
 @pytest.mark.parametrize("kind", ["straight", "take_off"])
 def test_a_tilt_from_one_straight_acceleration_is_as_good_as_it_says(kind):
     found = figures(list(experiment(kind, "industrial", 8, 5, 1)))

@@ -1,12 +1,14 @@
-"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, late fixes, wheels."""
+"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, a wrong given state, late fixes, wheels."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from hnav import earth
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.library import SENSORS
 from studies.ins.vehicles import Samples, Truth, arriving, fixes
@@ -23,13 +25,17 @@ WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01
 Change = Callable[[Samples, Truth, np.random.Generator], Samples]
 
 
+def _no_options(_: Truth) -> dict[str, object]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Condition:
     """What it does to the samples, and the options of the filter that go with it."""
 
     text: str
     change: Change
-    options: Mapping[str, object] = field(default_factory=dict)
+    options: Callable[[Truth], dict[str, object]] = _no_options
 
 
 def _as_it_is(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
@@ -53,6 +59,16 @@ def _wrong_first_fixes(samples: Samples, _: Truth, rng: np.random.Generator) -> 
     return replace(samples, aids=fixes(valid, sensor, value))
 
 
+def _wrong_state(truth: Truth) -> dict[str, object]:
+    """The state of the first row as the given start, with the velocity as it is, and a heading that is OFF_RAD off."""
+    to_north = Rotation.from_matrix(earth.axes_at(earth.place_of(truth.position_e[0]))).inv()
+    q_nb = Rotation.from_rotvec([0, 0, OFF_RAD]) * to_north * truth.attitude_e[0]
+    return dict(
+        start="state", start_q_nb=tuple(q_nb.as_quat(scalar_first=True)),
+        start_velocity_n_m_s=tuple(to_north.apply(truth.velocity_e[0])), start_sigma_heading_rad=COMPASS_SIGMA_RAD,
+    )  # fmt: skip
+
+
 def _late(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
     return arriving(samples, LATE_S)
 
@@ -69,6 +85,7 @@ CONDITIONS = {
     "usual": Condition("", _as_it_is),
     "compass": Condition("compass 170 deg off", _wrong_compass),
     "first_fixes": Condition("first positions 300 m off for 2 s", _wrong_first_fixes),
+    "state": Condition("given state with a heading 170 deg off", _as_it_is, _wrong_state),
     "late": Condition(f"every fix stamped {LATE_S:g} s late", _late),
-    "wheels": Condition("wheels", _wheels, {"car_across_m_s": CAR_ACROSS_M_S}),
+    "wheels": Condition("wheels", _wheels, lambda _: {"car_across_m_s": CAR_ACROSS_M_S}),
 }

@@ -56,7 +56,7 @@ def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, conditi
     met = CONDITIONS[condition]
     samples = met.change(samples, truth, np.random.default_rng([seed, 9]))
     colour_m = receiver(kind).colour_m
-    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m), **met.options}
+    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m), **met.options(truth)}
     if kind in AT_REST:
         latitude, longitude, height = earth.place_of(truth.position_e[0])
         given |= dict(
