@@ -101,7 +101,7 @@ double Model::nis_given_heading(const State& s, const Covariance& P, const Measu
 
 void Model::gate_given_heading(const State& s, const Covariance& P, Measurement& m) const {
     m.nis = nis_given_heading(s, P, m);
-    const double over = m.gated ? beyond_gate(m.nis, gate_for_rows(m.rows, options_.gate_nis)) : 1;
+    const double over = m.gated ? beyond_gate(m.nis, gate_for_rows(m.rows, gate_of(m))) : 1;
     m.scale = over * over; // redescending; only the noise is inflated, H P H' contains the spread of the heading
     for (double& r : m.R) r *= m.scale;
     m.gated = false;

@@ -91,7 +91,7 @@ void Model::note_gain(State& s, int channel, const Spread& before, const Spread&
 
 void Model::use(State& s, Covariance& P, const Event& event, const Measurement& m) const {
     const Spread before = spread(s, P);
-    Correction c = correction_by(m, P, s.mean, options_.gate_nis);
+    Correction c = correction_by(m, P, s.mean, gate_of(m));
     if (!c.sound) return;
     note_innovation(s, event, m, P, c);
     if (is_absolute(m)) note_fit(s, event, m, c);

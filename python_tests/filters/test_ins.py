@@ -510,6 +510,12 @@ def test_the_tilt_of_trains_that_depart_gently_is_as_good_as_it_says():
     assert np.mean([tilt("train", "industrial", seed).mean_z2 for seed in (4, 11, 16)]) < 1.5
 
 
+def test_a_train_that_departs_gently_is_not_held_at_rest():
+    """Zero velocities after its departure would tilt it, and the wrong tilt fits the opposite heading."""
+    found = tilt("train", "industrial", 1_000_035)
+    assert found.false_share == 0 and found.mean_z2 < 2
+
+
 @pytest.mark.parametrize("seed", [1_000_024, 1_000_035])
 def test_tilt_and_biases_of_a_false_heading_are_not_kept(seed):
     """The heading of these trains is found falsely; when samples have contradicted it and it is lost, tilt and biases are lost too."""
