@@ -352,7 +352,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
 State Model::once_more(State s, const State& later, double known_s) const {
     constexpr double any_tilt = 0.1, any_heading = 0.5;
     const bool at_given_place = has_given_place(s);
-    s.times_lost = 0; // this state is a given one
+    s.times_lost = 0; // this state is a given one, which nothing has contradicted
+    s.inconsistent_s = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < 2; ++i) s.slow_m[i] = s.slow_before_m[i] = later.slow_m[i];
     Covariance P = Covariance::of(s);
     for (int row = 0; row < P.n; ++row)
