@@ -37,6 +37,8 @@ KINDS = ("car", "aircraft", "quadrotor", "walker")
 FLIGHT = "flight"
 GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}
 """In m and rad: an estimate is right again below these."""
+AS_WITHOUT = 1.5
+"""Or below so many times its error without the fault: a quadrotor that hovers may not have found its heading yet."""
 LIES = GOOD | {"velocity": 1.5}
 """An error beyond this and beyond five sigmas counts as false while the filter is ready; in m, rad and m/s."""
 FLAGS = ("tilt", "heading", "velocity", "position")
@@ -321,13 +323,14 @@ def flown(folder: Path, part: float) -> Drive:
 
 def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[Outcome]:
     drive = flown(folder, start) if kind == FLIGHT and folder is not None else simulated(kind, int(start))
-    return [_with_fault(kind, drive, name) for name in names]
+    without = errors(drive.run(drive.samples), drive.truth)
+    return [_with_fault(kind, drive, without, name) for name in names]
 
 
-def _with_fault(kind: str, drive: Drive, name: str) -> Outcome:
+def _with_fault(kind: str, drive: Drive, without: dict[str, Array], name: str) -> Outcome:
     spoilt, begin, end = drive.with_fault(name)
     try:
-        return outcome(kind, name, drive.run(spoilt), drive.truth, begin, end)
+        return _outcome(kind, name, drive.run(spoilt), drive.truth, without, begin, end)
     except HnavRuntimeError:  # the filter raised an error
         never, always = dict.fromkeys(GOOD, np.inf), dict.fromkeys(LIES, 1.0)
         return Outcome(kind, name, never, np.inf, never, always, (1.0, 1.0, 1.0), 1.0)
@@ -361,14 +364,15 @@ def lying(run: InsRun, error: dict[str, Array]) -> dict[str, BoolArray]:
     return {what: wrong[what] & run.ready[:, i] for i, what in enumerate(FLAGS)}
 
 
-def outcome(kind: str, name: str, run: InsRun, truth: Truth, begin_s: float, end_s: float) -> Outcome:
-    """Of a run in rows of EVERY, with the fault between these times of the truth."""
+def _outcome(kind: str, name: str, run: InsRun, truth: Truth, without: dict[str, Array], begin_s: float, end_s: float) -> Outcome:
+    """Of a run in rows of EVERY, with the fault between these times of the truth. without: errors of the run without it."""
     error, t_s = errors(run, truth), truth.t_s[EVERY - 1 :: EVERY]
     met = (t_s > begin_s) & (t_s <= end_s + JUDGED_S)
     lies = {what: float(np.mean(rows[met])) for what, rows in lying(run, error).items()}
     back = {}
     for what, limit in GOOD.items():
-        last = t_s[(t_s > end_s) & ~(error[what] < limit)].max(initial=end_s)
+        right = error[what] < np.fmax(limit, AS_WITHOUT * without[what])
+        last = t_s[(t_s > end_s) & ~right].max(initial=end_s)
         back[what] = float(last - end_s) if last < t_s[-1] - 1 else np.inf
     bounds = (run.protection_m[:, 0], run.protection_m[:, 1], run.protection_heading_rad)
     beyond = [float(np.mean((error[what] > bound)[met])) for what, bound in zip(("position", "height", "heading"), bounds)]
