@@ -71,7 +71,7 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
 
 // Updates the monitors with the innovation of GNSS or a rest.
 void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
-    if (m.channel == ins::rest && c.scale > 1) return; // the body may have departed
+    if (m.assumed && c.scale > 1) return; // the body has departed: that refutes the rest, not the state
     const Innovation& i = s.innovation[m.channel];
     // A position far off is a jump, which the gate and its patience handle. Velocities cannot jump for long.
     const bool jumped = m.channel == position && c.nis > m.rows * square(Consistency::far);

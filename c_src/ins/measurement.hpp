@@ -77,7 +77,7 @@ struct Measurement {
     alignas(16) double H[3][row_length] = {};
     double r[3] = {}, R[3] = {}; // residual, variance of its noise
     bool gated = true;
-    double gate_nis = -1; // of three rows; negative: as the option says
+    bool assumed = false; // no sample: a rest that the filter has detected
     double nis = -1, scale = 1; // result of an earlier gate; nis negative: there was none
 
     void put(int row, int column, const Matrix3& block) {

@@ -208,7 +208,7 @@ private:
     void take_free(State& s, const Matrix3& gyro_before, Covariance& P, const Measurement& m, double* error) const;
     void weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
-    double gate_of(const Measurement& m) const { return m.gate_nis < 0 ? options_.gate_nis : m.gate_nis; }
+    double gate_of(const Measurement& m) const;
     void gate_given_heading(const State& s, const Covariance& P, Measurement& m) const;
 
     // anchor.cpp

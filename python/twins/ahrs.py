@@ -71,7 +71,7 @@ def turned_on(measured_b: Array, turn: Array, share: float) -> tuple[Array, Arra
 
 def tilt_of(covariance: Array) -> Array:
     """2: variances of the rotation about north and east."""
-    return covariance.diagonal()[15:17]
+    return covariance.diagonal()[PHI][:2]
 
 
 class AhrsReference:

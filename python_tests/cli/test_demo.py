@@ -1,8 +1,7 @@
 """The demo: a user's own file, recordings of devices, the closed loop; the printed lines name the pages that were written."""
 
-import functools
 import re
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +39,7 @@ def pages(done: Answer) -> list[Path]:
     return [Path(path) for path in re.findall(r"page.*: (\S+\.html)$", done.stdout, re.MULTILINE)]
 
 
-short_run = functools.cache(partial(demo.simulate, stop_s=3.0))
+short_run = cache(partial(demo.simulate, stop_s=3.0))
 
 
 @pytest.fixture
