@@ -71,3 +71,13 @@ def test_a_figure_of_the_page_stands_in_its_table(says, name):
     assert [
         figure for figure in re.findall(r"\d+(?:\.\d+)?(?:e-\d+)?", says) if not re.search(rf"(?<![\d.]){figure}(?![\d])", text)
     ] == []
+
+
+def test_the_table_of_the_readme_is_that_of_the_results():
+    broad = json.loads((TOP / "docs" / "results" / "broad.json").read_text())
+    table = next(item for item in broad["printed"] if isinstance(item, dict))
+    first = table["columns"].index("total")
+    measured = {tuple(row[first : first + 3]) for row in table["rows"]}
+    rows = re.findall(r"^\|.+?\| \**([\d.]+)\** \| ([\d.]+) \| ([\d.]+) \|$", (TOP / "README.md").read_text(), re.MULTILINE)
+    assert len(rows) == 6
+    assert [row for row in rows if row not in measured] == []

@@ -141,7 +141,7 @@ void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
 // The clock was set: the body has hardly moved, but the time without samples is unknown.
 template <class R>
 void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
-    constexpr R tilt_rad = R(0.1), heading_rad = R(0.2);
+    constexpr R tilt_rad = R(clock_jump_tilt_rad), heading_rad = R(clock_jump_heading_rad);
     ++s.seldom_changes;
     s.P[packed(rotation, rotation)] += tilt_rad * tilt_rad;
     s.P[packed(rotation + 1, rotation + 1)] += tilt_rad * tilt_rad;
