@@ -107,14 +107,15 @@ public:
         return outcome;
     }
 
-    // Queues all samples of a stamp that is later than every other, with the effect of separate pushes. False: nothing was
-    // queued, because one of them needs the checks of push.
+    // Queues all samples of a stamp that is later than every other, with the effect of separate pushes and an advance to that stamp, which
+    // must follow. False: nothing was queued, because one of them needs the checks of push.
     bool push_event(const Event& event) {
         static_assert(has_fixed_size<Model>);
         const double t_s = event.t_s + stamps_.offset_s();
         const bool newest =
             t_s - sample_instant_s(t_s) > queue_.event(queue_.size() - 1).t_s && t_s >= late_limit_ && !queue_.full();
         if (!newest || !stamps_.place_together(event.present, event.t_s, now_, settings_.time_jump_limit_s)) return false;
+        close_before(t_s - settings_.horizon_s, 1); // the next state then replaces the newest but one, whose slow part is often the same
         queue_.append();
         Event& taken = queue_.event(queue_.size() - 1);
         taken = event;
@@ -639,11 +640,15 @@ private:
         return false;
     }
 
-    // Closes the events that no further sample can change. The newest stays open: samples of other sensors may follow.
+    // Closes events before this time, which no further sample can change; `open` of the solved ones stay.
+    void close_before(double limit_s, int open) {
+        late_limit_ = std::max(late_limit_, limit_s);
+        while (queue_.solved() > open && queue_.event(1).t_s < late_limit_) queue_.remove_first();
+    }
+
+    // The newest event stays open: samples of other sensors may follow.
     void close_events() {
-        const double limit = newest_time_s() - settings_.horizon_s;
-        if (limit > late_limit_) late_limit_ = limit;
-        while (queue_.solved() > 2 && queue_.event(1).t_s < late_limit_) queue_.remove_first();
+        close_before(newest_time_s() - settings_.horizon_s, 2);
         // A queue full of open events (a horizon too long for it, a clock that stands still) would refuse every later sample,
         // so the oldest close early. A sample of rate and force needs two places.
         while (queue_.solved() > 2 && !has_room(2)) close_oldest();
@@ -729,14 +734,9 @@ private:
     // known one it writes a loop over single numbers, which takes three times as long. In pieces, because above 4 kB the library
     // switches to string instructions, which begin slowly.
     void copy(State& to, const State& from) const {
-        constexpr std::size_t longest = 4032;
-        if constexpr (sizeof(State) <= longest) std::memcpy(static_cast<void*>(&to), &from, state_bytes_);
-        else copy_in_pieces(&to, &from, longest);
-    }
-    void copy_in_pieces(void* to, const void* from, std::size_t longest) const {
-        for (std::size_t done = 0; done < state_bytes_; done += longest)
-            std::memcpy(static_cast<unsigned char*>(to) + done, static_cast<const unsigned char*>(from) + done,
-                        std::min(longest, state_bytes_ - done));
+        for (std::size_t done = 0; done < state_bytes_; done += longest_copy_)
+            std::memcpy(reinterpret_cast<unsigned char*>(&to) + done, reinterpret_cast<const unsigned char*>(&from) + done,
+                        std::min(longest_copy_, state_bytes_ - done));
     }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {
@@ -755,7 +755,7 @@ private:
     Queue queue_;
     Timing stamps_;
     // Known at compile time, but hidden from the compiler, whose own moves are slower: see copy.
-    std::size_t state_bytes_ = 0, seldom_end_ = 0;
+    std::size_t state_bytes_ = 0, seldom_end_ = 0, longest_copy_ = 4032;
     std::uint64_t last_tag_ = 0;
     void* memory_ = nullptr; // memory of the members below, and of the queue, if the caller does not own it
     State* coasted_ = nullptr;
