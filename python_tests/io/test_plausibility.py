@@ -166,6 +166,14 @@ def test_a_wrong_range_of_the_chip_is_found_without_a_field_too(held, factor):
     assert float(found[0].message.split()[3]) == pytest.approx(1 / factor, rel=0.2)
 
 
+@pytest.mark.parametrize("factor", [0.9, 1.1])
+def test_stamps_of_a_clock_that_is_wrong_by_a_tenth_are_a_warning(held, factor):
+    stretched = [finding for finding in replace(held, t_s=factor * held.t_s).check() if finding.code == "scale"]
+    assert [(finding.sensor, finding.stops) for finding in stretched] == [("gyro", False)]
+    assert float(stretched[0].message.split()[3]) == pytest.approx(1 / factor, abs=0.02)
+    assert [finding for finding in held.check() if finding.code == "scale"] == []
+
+
 def test_rates_and_force_that_are_exchanged_are_named_in_arrays_and_files(held):
     exchanged = replace(held, rate_b_rad_s=held.force_b_m_s2, force_b_m_s2=held.rate_b_rad_s)
     assert any(finding.stops and "exchanged" in finding.message for finding in exchanged.check())
