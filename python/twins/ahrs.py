@@ -400,11 +400,12 @@ class AhrsReference:
     def shows_steps(self) -> bool:
         """Whether an accepted field is evidence for or against a step of the gyro bias."""
         is_level = max(tilt_of(self.P)) < 0.045**2
-        return bool(self.confirmed and is_level and self.o.body != "ship" and not self.steps.has_turned(self.R_bn))
+        return bool(self.confirmed and is_level and self.o.body != "ship" and not self.steps.has_turned)
 
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
         steps = self.steps
+        steps.note_attitude(self.R_bn)
         if steps.look(self.window_s, self.rate_power, slice(PHI.start, PHI.start + 2)):
             mean, covariance = steps.found(steps.information, steps.sum)
             self.error += steps.response @ mean

@@ -330,11 +330,12 @@ class TiltExcess:
 class BiasSteps:
     """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
 
-    STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 24.0, 3.0, 0.25, 20.0
-    SUSPECTED_LIMIT, LEAST_TILT_RAD = 100.0, 0.0175
+    STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
+    POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD = 24.0, 100.0, 0.0175
 
     def __init__(self, errors: int, bias: slice, R_bn: Array):
         self.R_bn = R_bn  # at the begin of the window
+        self.has_turned = False  # by more than 0.7 rad since
         self.response = np.zeros((errors, 3))
         """Of the error to unit steps."""
         self.response[bias] = np.eye(3)
@@ -343,34 +344,35 @@ class BiasSteps:
         """What velocities would add if none lasted."""
         self.since_s = self.rate_power = self.unseen_s = self.likely_s = self.suspected_tilt2 = 0.0
 
-    def has_turned(self, R_bn: Array) -> bool:
-        """By more than 0.7 rad since the begin of the window."""
-        return float(1 + np.trace(self.R_bn.T @ R_bn)) / 4 < 0.94**2
+    def note_attitude(self, R_bn: Array) -> None:
+        """Of now."""
+        self.has_turned = self.has_turned or float(1 + np.trace(self.R_bn.T @ R_bn)) / 4 < 0.94**2
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
         return self.SHARE**2 * self.rate_power / self.since_s + 1e-10
 
-    def exceeds(self, limit: float, information: Array, total: Array) -> bool:
-        """Whether twice the logarithm of the ratio of the likelihoods with and without a step exceeds the limit."""
+    def twice_log_ratio(self, information: Array, total: Array) -> float:
+        """Of the likelihoods with and without a step."""
 
-        def twice_log_ratio(variance: float) -> float:
+        def of_prior(variance: float) -> float:
             posterior = information + np.eye(3) / variance
             return float(total @ np.linalg.solve(posterior, total) - math.log(np.linalg.det(posterior) * variance**3))
 
         none2 = self.unmodelled2()
-        return twice_log_ratio(self.STEP_RAD_S**2 + none2) - twice_log_ratio(none2) > limit
+        return of_prior(self.STEP_RAD_S**2 + none2) - of_prior(none2)
 
     def look(self, T: float, power: float, tilt: slice) -> bool:
         """T seconds later. tilt: rows of the response. True: a step has been likely for long enough."""
         self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
         if is_within(self.unseen_s, self.LOOK_S):
             return False
-        likely = self.exceeds(self.LIMIT, self.information, self.sum)
-        self.likely_s = self.likely_s + self.unseen_s if likely else 0.0
+        ratio = self.twice_log_ratio(self.information, self.sum)
+        self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
         self.unseen_s = self.suspected_tilt2 = 0.0
         both = self.information + self.hidden, self.sum + self.hidden_sum
-        if self.hidden[0, 0] > 0 and self.exceeds(self.SUSPECTED_LIMIT, *both):
+        hides = self.hidden[0, 0] > 0 and self.twice_log_ratio(*both) > self.SUSPECTED_LIMIT
+        if hides or ratio > self.POSSIBLE:
             tilt2 = float(np.sum((self.response[tilt] @ self.found(*both)[0]) ** 2))
             self.suspected_tilt2 = tilt2 if tilt2 > self.LEAST_TILT_RAD**2 else 0.0
         return has_lasted(self.likely_s, self.LASTS_S)

@@ -242,11 +242,11 @@ def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(
 
 @pytest.mark.parametrize(("kind", "body"), [("arm", "any"), ("quadrotor", "quadrotor")])
 def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps(kind, body):
-    """It steps by 1 deg/s after 20 s; both find it within 20 s, to a tenth of it."""
+    """It steps by 1 deg/s after 20 s; both find it within 30 s, to a fifth of it."""
     recording, step = motion(kind, 0), np.radians([0.6, -0.6, 0.5])
     rates = recording.rate_b_rad_s + np.where(recording.t_s[:, None] - recording.t_s[0] >= 20, step, 0)
-    twin, _ = assert_equal(islice(rows_of(replace(recording, rate_b_rad_s=rates)), 4000), body=body)
+    twin, _ = assert_equal(islice(rows_of(replace(recording, rate_b_rad_s=rates)), 5000), body=body)
     before = Filter(Options("ahrs", **PLAIN, body=body))
     for row in islice(rows_of(recording), 2000):
         push(before, *row)
-    assert np.linalg.norm(twin.bias - before.gyro_bias()[0] - step) < 0.1 * np.linalg.norm(step)
+    assert np.linalg.norm(twin.bias - before.gyro_bias()[0] - step) < 0.2 * np.linalg.norm(step)

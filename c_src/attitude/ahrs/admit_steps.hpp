@@ -23,13 +23,14 @@ template <class R>
 bool AhrsModelOf<R>::shows_steps(const State& s) const {
     constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
     return s.heading_confirmed != 0 && larger_tilt_variance(s) < level_rad * level_rad && options_.body != HNAV_BODY_SHIP &&
-           !s.steps.has_turned(s.x);
+           !s.steps.has_turned();
 }
 
 // A likely step is added to the estimate, and its covariance to P.
 template <class R>
 void AhrsModelOf<R>::admit_steps(State& s, Correction& c) const {
     if (s.lost) return;
+    s.steps.note_attitude(s.x);
     if (s.steps.look(s.x[13], s.rate_power, rotation)) {
         const Steps<3, R> found = s.steps.with_step();
         const Eigen::Matrix<R, errors, 3> spread = c.response * found.covariance();
