@@ -178,9 +178,11 @@ private:
         Vector3 down_b = Vector3(0, 0, 1); // the vertical in present body axes
         Matrix3 variance_b = Matrix3::Zero(); // of down_b, from the motion within the window
         bool by_velocity = false;
+        double noise = 1; // variance of the velocities over the stated one
     };
     static void begin_window(State& s, const Event& event);
-    double levelling_variance(const State& s, double window_s) const;
+    static double noise_left(const Levelling& l, double singular_values);
+    double levelling_variance(const State& s, double window_s, double noise) const;
     Tilt tilt_by_velocity(const State& s, double now_s) const;
     bool find_tilt(const State& s, double now_s, Tilt* tilt) const;
     void start(State& s, const Event& event, const Tilt& tilt) const;

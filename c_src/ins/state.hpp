@@ -127,7 +127,7 @@ struct Levelling {
     double gained[3]; // velocity by force in these axes
     double began_s, since_s; // of the first sample of rate and force, of the first velocity
     double first_velocity_s, velocity0[3]; // at the begin of the window
-    double moment[9], sum_seen[3], sum_gained[3], count;
+    double moment[9], sum_seen[3], sum_gained[3], sum_squares, count; // sum_squares: of both
     double variance; // sum of the variances of the velocities
     double A[9], sum_A[9]; // integral of the rotation, and its integral: sensitivity to biases
     double length_s, force[3], samples;

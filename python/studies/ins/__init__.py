@@ -13,8 +13,9 @@ stand or gain speed straight ahead when they are switched on, quadrotor hovers a
 
 With --without RULE: the same with a copy of the library that lacks a rule of the search (studies/ins/rules.py): what the rule is worth.
 
-With --conditions compass,first_fixes,state,wheels: starts with a compass that is 170 deg off, with first positions that are 300 m off for
-two seconds, with a given state whose heading is 170 deg off, of cars with the speed of their wheels.
+With --conditions compass,first_fixes,state,noisy,wheels: starts with a compass that is 170 deg off, with first positions that are 300 m off
+for two seconds, with a given state whose heading is 170 deg off, with satellites four times as noisy as they state, of cars with the speed of
+their wheels.
 
 With --magnetometer: each kind once more with an uncalibrated one and an unknown declination: hard iron of up to one and a
 half times the horizontal field, soft iron, steel beside the way, for one start in four half a minute in a false field.

@@ -1,4 +1,4 @@
-"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, a wrong given state, late fixes, wheels."""
+"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, a wrong given state, late or noisy fixes, wheels."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ COMPASS_EVERY = 10
 FIRST_S, FIRST_OFF_M = 7.0, 300.0
 """From switching on: the filter takes its first position after 5 s of levelling."""
 LATE_S = 0.4
+NOISIER = 4.0
 WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01
 
 Change = Callable[[Samples, Truth, np.random.Generator], Samples]
@@ -73,6 +74,17 @@ def _late(samples: Samples, _: Truth, __: np.random.Generator) -> Samples:
     return arriving(samples, LATE_S)
 
 
+def _noisy(samples: Samples, _: Truth, rng: np.random.Generator) -> Samples:
+    """Satellites that are NOISIER times as noisy as they state."""
+    valid, _received, sensor, value = samples.aids.arrays()
+    added = np.sqrt(NOISIER**2 - 1) * value[:, 3:6] * rng.standard_normal((len(value), 3))
+    places = sensor == SENSORS.index("position")
+    added[places, :2] /= 6.37e6
+    added[places, 1] /= np.cos(value[places, 0])
+    value[:, :3] += added
+    return replace(samples, aids=fixes(valid, sensor, value))
+
+
 def _wheels(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
     rows = slice(0, None, COMPASS_EVERY)
     ahead = truth.attitude_e[rows].apply([1.0, 0, 0])
@@ -87,5 +99,6 @@ CONDITIONS = {
     "first_fixes": Condition("first positions 300 m off for 2 s", _wrong_first_fixes),
     "state": Condition("given state with a heading 170 deg off", _as_it_is, _wrong_state),
     "late": Condition(f"every fix stamped {LATE_S:g} s late", _late),
+    "noisy": Condition(f"satellites {NOISIER:g} times as noisy as they state", _noisy),
     "wheels": Condition("wheels", _wheels, lambda _: {"car_across_m_s": CAR_ACROSS_M_S}),
 }
