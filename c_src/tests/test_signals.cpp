@@ -255,3 +255,20 @@ TEST(Unrest, WhatIdlesIsAtRestWhatSwaysIsSoWithinWiderLimitsAndWhatMovesIsNot) {
     EXPECT_FALSE(after(0.005, 0.5).still(o));
     EXPECT_FALSE(after(0.005, 0.05).still(RestOptions{0, 0.25, 1}));
 }
+
+TEST(Unrest, ABiasIsAtRestAndWavesAreNot) {
+    const RestOptions o{0.02, 0.25, 1};
+    const auto still_share = [&](double amplitude_rad_s) { // of the last minute, with a roll of ten seconds
+        test::Random random(3);
+        Unrest rest{};
+        int still = 0;
+        for (int k = 0; k < 9000; ++k) {
+            const double roll = amplitude_rad_s * std::sin(2 * M_PI * 0.001 * k);
+            rest.note(o, Vector3(0.01 + roll, 0, 0) + random.vector(0.002), random.vector(0.05), 0.01);
+            still += k >= 3000 && rest.still(o);
+        }
+        return still / 6000.0;
+    };
+    EXPECT_EQ(still_share(0), 1);
+    EXPECT_LT(still_share(0.02), 0.05);
+}

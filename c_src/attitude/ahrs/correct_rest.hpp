@@ -15,7 +15,7 @@ bool AhrsModelOf<R>::is_at_rest(State& s, Correction& c) const {
         return false;
     }
     if (!s.rest.at_rest(options_)) return false;
-    s.rest.note_wander(s.x[13]);
+    s.rest.wander.note(s.rest.mean_rate, s.x[13]);
     const Vector3R from_bias = Vector3R(s.rest.mean_rate) - Vector3R(s.bias);
     if (normalised_square<3, R>(block<3, 3>(c.P, bias, bias), from_bias) <= gate_nis) return true;
     if (s.still_field.excludes_turn()) {
@@ -83,7 +83,7 @@ void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
     Matrix3R S = rows<3>(PHt, bias);
     const Vector3R innovation = Vector3R(s.rest.mean_rate) - Vector3R(s.bias) - segment<3>(c.error, bias);
     s.lasting.settle(Vector3R(s.rest.mean_force).norm(), s.x[13]);
-    S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander_density2()) / s.x[13];
+    S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander.density2()) / s.x[13];
     condition<3, 0>(c, PHt, S, innovation, rows<3>(c.response, bias));
 }
 
