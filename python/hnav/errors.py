@@ -63,8 +63,9 @@ def error_of(status: str, text: str, argument: str | None = None) -> HnavError:
 def nearest(name: str, known: Iterable[str]) -> str:
     """ "; did you mean NAME?" for the end of a message about an unknown name; "" if no known name is near.
 
-    A name in a group is also found by its last word: robust.gamma by gamma.
+    A name in a group is also found by its last word, robust.gamma by gamma, and an incomplete name by its begin.
     """
     names = list(known)
-    near = [n for n in names if n.endswith(f".{name}")] or difflib.get_close_matches(name, names, n=1)
+    begun = [n for n in names if n.startswith(f"{name}_")]
+    near = [n for n in names if n.endswith(f".{name}")] or begun[:1] or difflib.get_close_matches(name, names, n=1)
     return f"; did you mean {near[0]}?" if len(near) == 1 else ""

@@ -188,3 +188,13 @@ def test_sensors_that_were_not_ok_are_reported_with_the_cure(tmp_path):
 def test_sensors_that_were_ok_are_not_spoken_of(flight, tmp_path):
     done = hnav("filter", flight, "--mag-unit", "uT", "--out", tmp_path / "out.csv")
     assert len(done.stdout.strip().splitlines()) == 1
+
+
+def test_a_sensor_whose_z_points_up_is_named_unless_its_mounting_is_stated(tmp_path):
+    rng, up = np.random.default_rng(1), tmp_path / "up.csv"
+    rows = rng.normal([0, 0, 0, 0, 0, 9.81, 20, 0, -43], [0.01] * 3 + [0.05] * 3 + [0.3] * 3, (200, 9))
+    table = np.column_stack([0.01 * np.arange(200), rows])
+    np.savetxt(up, table, delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+    for given, named in (((), True), (("--set", "q_body_sensor=0,1,0,0"), False)):
+        done = hnav("filter", up, *given, "--out", tmp_path / "out.csv", "--force")
+        assert done.returncode == 0 and ("z axis of the sensor points up" in done.stdout + done.stderr) == named

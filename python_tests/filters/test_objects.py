@@ -103,6 +103,8 @@ def test_an_impossible_value_is_refused_and_nothing_changes(name, value, said):
 def test_a_name_that_does_not_exist_proposes_the_nearest():
     with pytest.raises(HnavError, match="ahrs has no option gyro_noise_rad_sqrt_s; did you mean gyro_noise_rad_per_sqrt_s?"):
         Options("ahrs", gyro_noise_rad_sqrt_s=1)
+    with pytest.raises(HnavError, match="ahrs has no option gyro_noise; did you mean gyro_noise_rad_per_sqrt_s?"):
+        Options("ahrs", gyro_noise=1)
     options = Options("ahrs")
     with pytest.raises(AttributeError, match="did you mean navigation_frame"):
         options.navigation = "enu"

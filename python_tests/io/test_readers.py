@@ -262,3 +262,20 @@ def test_a_library_that_is_missing_is_asked_for_by_name(tmp_path, motion, monkey
 def test_arguments_that_do_not_exist_are_named(tmp_path, motion, wrong, named):
     with pytest.raises(RecordingError, match=named):
         read(recorded.house(tmp_path, motion), **wrong)
+
+
+@pytest.mark.parametrize("names", [("A", "B"), ("left", "right")])
+@pytest.mark.parametrize("in_blocks", [False, True])
+def test_rows_of_several_devices_are_not_read_as_one(tmp_path, names, in_blocks):
+    """Merged, they would be 13 to 61 deg off in tilt, with a sigma of a degree."""
+    rows = [f"{0.01 * k:.2f},{name},0,0,0,0,0,9.81" for k in range(100) for name in names]
+    if in_blocks:
+        rows.sort(key=lambda row: row.split(",")[1])
+    path = tmp_path / "two.csv"
+    path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *rows]) + "\n")
+    with pytest.raises(
+        RecordingError, match=rf"rows of 2 devices by the column device \({names[0]}, {names[1]}\): .* keep the rows of one"
+    ):
+        read(path)
+    path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *[row for row in rows if names[0] in row]]) + "\n")
+    assert len(read(path).t_s) == 100

@@ -150,7 +150,8 @@ def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) 
         return {**settings, "navigation_frame": "enu"}, [
             "attitude to east, north, up, as telephones have it; --frame ned for the other"
         ]
-    note = [f"{Z_POINTS_UP}: --frame enu has it level"] if z_points_up(data) else []
+    mounted = "q_body_sensor" in settings  # as stated, it may well be level
+    note = [f"{Z_POINTS_UP}: --frame enu has it level"] if z_points_up(data) and not mounted else []
     return {**settings, "navigation_frame": "ned"}, note
 
 

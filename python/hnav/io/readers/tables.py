@@ -37,6 +37,10 @@ EARTH_UT = (18.0, 80.0)
 MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 """Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
 MARKS = "; where decimals have commas too, part the cells by semicolons"
+DEVICE = re.compile(r"(device|sensor|imu|node|tag|serial|mac|module)[ _-]?(name|id|no|nr|number|address)?", re.IGNORECASE)
+"""Names of columns that distinguish rows of several devices."""
+MOST_DEVICES = 20
+"""More are no names."""
 ENCODINGS = ("utf-8-sig", "cp1252")
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
@@ -274,6 +278,7 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
         frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
+    _refuse_devices(shown, text, plan)
     return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan)))
 
 
@@ -284,6 +289,21 @@ def _not_read(plan: Plan) -> Iterator[str]:
     if names:
         shown = ", ".join(names[:MOST_NAMES]) + (f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else "")
         yield f"columns not read: {shown}"
+
+
+def _refuse_devices(shown: str, text: str, plan: Plan) -> None:
+    """Raises RecordingError for the rows of several devices in one table, which would be read as samples of one."""
+    read = {column.place for column in plan.columns.values()}
+    for place, name in enumerate(plan.layout.names):
+        if place in read or not DEVICE.fullmatch(name.strip()):
+            continue
+        rows = rows_of(io.StringIO(text, newline=None), plan.layout)
+        devices = list(dict.fromkeys(row[place].strip() for _, row in rows if place < len(row) and row[place].strip()))
+        if 1 < len(devices) <= MOST_DEVICES:
+            raise RecordingError(
+                f"{at_header(shown, plan.layout)}: rows of {len(devices)} devices by the column {name.strip()} ({', '.join(devices)}): "
+                "a recording is of one device, keep the rows of one"
+            )
 
 
 def without_zeros(data: bytes) -> bytes:
