@@ -10,7 +10,8 @@ inline constexpr const char* body_names[] = {text("any"), text("hand"), text("wa
 inline constexpr const char* body_meanings[] = {
     text("nothing is assumed"), text("held or worn, and turned about: the velocity returns to zero within a second"),
     text("worn by a person or an animal that walks, also on a foot"), text("a vehicle on wheels or tracks"),
-    text("a ship or a boat"), text("anything that hovers"), text("an aeroplane"),
+    text("a ship or a boat"), text("a multirotor that hovers and flies slowly; a helicopter that cruises is an aircraft"),
+    text("an aeroplane, or a helicopter that cruises"),
 };
 inline constexpr const char* gyro_hold_names[] = {text("forward"), text("backward"), text("instant")};
 inline constexpr const char* gyro_hold_meanings[] = {

@@ -43,8 +43,8 @@ typedef enum hnav_body {
     HNAV_BODY_WALKER = 2,    /* worn by a person or an animal that walks, also on a foot */
     HNAV_BODY_CAR = 3,       /* a vehicle on wheels or tracks */
     HNAV_BODY_SHIP = 4,      /* a ship or a boat */
-    HNAV_BODY_QUADROTOR = 5, /* anything that hovers */
-    HNAV_BODY_AIRCRAFT = 6   /* an aeroplane */
+    HNAV_BODY_QUADROTOR = 5, /* a multirotor that hovers and flies slowly; a helicopter that cruises is an aircraft */
+    HNAV_BODY_AIRCRAFT = 6   /* an aeroplane, or a helicopter that cruises */
 } hnav_body;
 
 /* Navigation axes of attitudes. */
