@@ -735,9 +735,13 @@ private:
     // known one it writes a loop over single numbers, which takes three times as long. In pieces, because above 4 kB the library
     // switches to string instructions, which begin slowly.
     void copy(State& to, const State& from) const {
-        for (std::size_t done = 0; done < state_bytes_; done += longest_copy_)
-            std::memcpy(reinterpret_cast<unsigned char*>(&to) + done, reinterpret_cast<const unsigned char*>(&from) + done,
-                        std::min(longest_copy_, state_bytes_ - done));
+        if constexpr (sizeof(State) <= longest_piece) {
+            std::memcpy(static_cast<void*>(&to), &from, state_bytes_);
+        } else {
+            for (std::size_t done = 0; done < state_bytes_; done += longest_copy_)
+                std::memcpy(reinterpret_cast<unsigned char*>(&to) + done, reinterpret_cast<const unsigned char*>(&from) + done,
+                            std::min(longest_copy_, state_bytes_ - done));
+        }
     }
 
     static unsigned char* put(unsigned char* place, const void* value, std::size_t bytes) {
@@ -756,7 +760,8 @@ private:
     Queue queue_;
     Timing stamps_;
     // Known at compile time, but hidden from the compiler, whose own moves are slower: see copy.
-    std::size_t state_bytes_ = 0, seldom_end_ = 0, longest_copy_ = 4032;
+    static constexpr std::size_t longest_piece = 4032;
+    std::size_t state_bytes_ = 0, seldom_end_ = 0, longest_copy_ = longest_piece;
     std::uint64_t last_tag_ = 0;
     void* memory_ = nullptr; // memory of the members below, and of the queue, if the caller does not own it
     State* coasted_ = nullptr;
