@@ -115,8 +115,8 @@ public:
         const bool newest =
             t_s - sample_instant_s(t_s) > queue_.event(queue_.size() - 1).t_s && t_s >= late_limit_ && !queue_.full();
         if (!newest || !stamps_.place_together(event.present, event.t_s, now_, settings_.time_jump_limit_s)) return false;
-        close_before(t_s - settings_.horizon_s,
-                     1); // the next state then replaces the newest but one, whose slow part is often the same
+        // Now, not after the advance: the next state then takes the place of the newest but one, whose slow part is often the same.
+        close_before(t_s - settings_.horizon_s, 1);
         queue_.append();
         Event& taken = queue_.event(queue_.size() - 1);
         taken = event;

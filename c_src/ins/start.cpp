@@ -348,8 +348,8 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
-    // Latency and scale errors of a recorded flight look like up to 6 times the variance; as noise of the velocities four of its 28 starts would not
-    // become ready.
+    // Ratio of variances. Chosen: latency and scale errors of a recorded flight look like up to 6 times the variance; taken for noise of the
+    // velocities, four of its 28 starts would not become ready.
     constexpr double certainly_noise = 8;
     if (tilt.noise > certainly_noise) s.fit(velocity).begin(tilt.noise);
     s.phase = given ? Phase::navigating : Phase::any_heading;

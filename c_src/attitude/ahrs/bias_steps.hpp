@@ -15,7 +15,7 @@ struct BiasSteps {
     R response[3 * errors]; // of the error to unit steps at the begin of the window, column by column
     StepEvidence<3, R> evidence;
     StepEvidence<3, R> hidden; // what velocities would add to it if none lasted
-    R suspected_tilt2; // square of the tilt by a step that is likely with both, rad^2; 0: none is
+    R suspected_tilt2; // square of the tilt by a step that is possible, or likely with both, rad^2; 0: none is
     R since_s, rate_power; // length of the window, s, and the integral of the squared rate over it, rad^2/s
     R attitude[4]; // at the begin of the window
     R turned; // 1: the body has been turned by more than 0.7 rad since
@@ -39,7 +39,7 @@ struct BiasSteps {
         rate_power += power;
         unseen_s += T;
         if (is_within(unseen_s, look_s)) return false;
-        // Errors of the motion are not white, so chance exceeds the limit of white ones. Chosen: with 24 a phone in
+        // Twice the logarithm of the ratio. Errors of the motion are not white, so chance exceeds the limit of white ones. Chosen: with 24 a phone in
         // the pocket of a cyclist and one on a turntable step without a fault (heading of the first up to 32 deg off), with 60 the tilt of ships
         // after a step of 1 deg/s is 8.3 instead of 7.8 deg.
         constexpr R limit = 40;
@@ -93,7 +93,8 @@ private:
     }
 
     // A drift looks like a velocity that lasts, and the noise of the one hides the other. Nothing here decides between them, but a horizon
-    // that a step would tilt is not ready, and its sigma is larger. Of steps that are possible, but not yet likely enough to be taken, too.
+    // that a step would tilt is not ready, and its sigma is larger. The same holds for steps that are possible, but not likely enough to be
+    // taken. ratio: of the evidence.
     void suspect(R ratio, int rotation) {
         suspected_tilt2 = 0;
         // Chosen: without it quadrotors after a step of 0.7 deg/s are beyond three sigmas for 9 % of the time instead of 1.5.

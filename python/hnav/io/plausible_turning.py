@@ -14,17 +14,14 @@ from hnav.io.turning import Fit, Stay, axes_text, best_fit, fit_of, fixed_axes, 
 from hnav.units import si_per
 
 SCALE = (0.6, 1.6)  # of the rate, by the turning of the field; beyond it something is wrong
-SCALE_ERROR = (
-    0.03,
-    2.0,
-)  # of that scale at correlation r: at most a + b (1 - r^2), twice what 14 hands and 22 simulated bodies have
+SCALE_ERROR = (0.03, 2.0)
+"""Of that scale at correlation r, a and b: at most a + b (1 - r^2). Chosen: 14 recorded hands and 22 simulated bodies have at most half of it."""
 SCALE_BY_FORCE = (0.4, 2.5)  # accelerations turn it too; ranges of a chip differ by 2, 4 and 8
 DEGREES = (40.0, 80.0)  # tolerance of the ratio 57.3, which means degrees read as radians
 SURE, BETTER_BY = 0.8, 0.25  # correlations
 DIP_RAD = np.radians(10)  # below this the dip does not distinguish up from down
 DIP_SPREAD = 0.5  # spread of sin(dip) between quartiles: above it the field is disturbed
 HELD = 0.97  # share of gravity that stays constant after the rotation is removed, if the rates are right
-SCALE_ADVICE = "see the scale of the rates, and the times: rate_hz"
 NAMES = {"gyro": "rate", "accel": "force", "mag": "field"}
 
 
@@ -77,13 +74,16 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
     for sensor, scale in sure.items():
         low, high = SCALE if sensor == "mag" else SCALE_BY_FORCE
         if not low < scale < high:
-            shown = f"the {NAMES[sensor]} turns {scale:.2f} times as fast as the rates say"
-            yield warning("scale", "gyro", shown, advice=SCALE_ADVICE, certain=True)
+            yield _wrong_scale(sensor, scale, certain=True)
             return
     field = fits["mag"]
     if field is not None and abs(field.scale - 1) > SCALE_ERROR[0] + SCALE_ERROR[1] * (1 - field.as_it_is**2):
-        shown = f"the field turns {field.scale:.2f} times as fast as the rates say"
-        yield warning("scale", "gyro", shown, advice=SCALE_ADVICE)
+        yield _wrong_scale("mag", field.scale, certain=False)
+
+
+def _wrong_scale(sensor: str, scale: float, certain: bool) -> Finding:
+    shown = f"the {NAMES[sensor]} turns {scale:.2f} times as fast as the rates say"
+    return warning("scale", "gyro", shown, advice="see the scale of the rates, and the times: rate_hz", certain=certain)
 
 
 def _unit_of_rates(

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from hnav import earth
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.library import SENSORS
-from studies.ins.vehicles import Samples, Truth, arriving, fixes
+from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes
 
 OFF_RAD = np.radians(170.0)
 COMPASS_SIGMA_RAD = 0.1
@@ -54,7 +54,7 @@ def _wrong_first_fixes(samples: Samples, _: Truth, rng: np.random.Generator) -> 
     valid, _received, sensor, value = samples.aids.arrays()
     first = (valid < valid[0] + FIRST_S) & (sensor == SENSORS.index("position"))
     angle = rng.uniform(-np.pi, np.pi)
-    off_rad = FIRST_OFF_M / 6.37e6
+    off_rad = FIRST_OFF_M / EARTH_M
     value[first, 0] += off_rad * np.cos(angle)
     value[first, 1] += off_rad * np.sin(angle) / np.cos(value[first, 0])
     return replace(samples, aids=fixes(valid, sensor, value))
@@ -79,7 +79,7 @@ def _noisy(samples: Samples, _: Truth, rng: np.random.Generator) -> Samples:
     valid, _received, sensor, value = samples.aids.arrays()
     added = np.sqrt(NOISIER**2 - 1) * value[:, 3:6] * rng.standard_normal((len(value), 3))
     places = sensor == SENSORS.index("position")
-    added[places, :2] /= 6.37e6
+    added[places, :2] /= EARTH_M
     added[places, 1] /= np.cos(value[places, 0])
     value[:, :3] += added
     return replace(samples, aids=fixes(valid, sensor, value))

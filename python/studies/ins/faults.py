@@ -22,7 +22,7 @@ from hnav.native.arrays import Array, BoolArray
 from hnav.native.library import SENSORS
 from hnav.systems.navigation_views import wrapped
 from studies.ins.flight import FIRST_S, LANDING_S, Flight
-from studies.ins.vehicles import Samples, Truth, arriving, fixes, receiver, starts_of, vehicle
+from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes, receiver, starts_of, vehicle
 from studies.processes import in_order
 
 BEGIN_S = 90.0
@@ -42,7 +42,7 @@ AS_WITHOUT = 1.5
 LIES = GOOD | {"velocity": 1.5}
 """An error beyond this and beyond five sigmas counts as false while the filter is ready; in m, rad and m/s."""
 FLAGS = ("tilt", "heading", "velocity", "position")
-METRE = 1 / 6.37e6
+METRE = 1 / EARTH_M
 """Of latitude, in rad."""
 
 

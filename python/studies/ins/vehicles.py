@@ -20,6 +20,8 @@ from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
 OUTLIERS = 0.01
 """Share of the fixes that lie far off."""
+EARTH_M = 6.37e6
+"""Radius that turns metres into latitude, about."""
 
 
 @dataclass(frozen=True)

@@ -282,10 +282,14 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan)))
 
 
-def _not_read(plan: Plan) -> Iterator[str]:
-    """The named columns that have no role."""
+def _without_role(plan: Plan) -> list[tuple[int, str]]:
+    """Place and name of the named columns that are not read."""
     read = {column.place for column in plan.columns.values()}
-    names = [name.strip() for place, name in enumerate(plan.layout.names) if place not in read and name.strip()]
+    return [(place, name.strip()) for place, name in enumerate(plan.layout.names) if place not in read and name.strip()]
+
+
+def _not_read(plan: Plan) -> Iterator[str]:
+    names = [name for _, name in _without_role(plan)]
     if names:
         shown = ", ".join(names[:MOST_NAMES]) + (f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else "")
         yield f"columns not read: {shown}"
@@ -293,15 +297,14 @@ def _not_read(plan: Plan) -> Iterator[str]:
 
 def _refuse_devices(shown: str, text: str, plan: Plan) -> None:
     """Raises RecordingError for the rows of several devices in one table, which would be read as samples of one."""
-    read = {column.place for column in plan.columns.values()}
-    for place, name in enumerate(plan.layout.names):
-        if place in read or not DEVICE.fullmatch(name.strip()):
+    for place, name in _without_role(plan):
+        if not DEVICE.fullmatch(name):
             continue
         rows = rows_of(io.StringIO(text, newline=None), plan.layout)
         devices = list(dict.fromkeys(row[place].strip() for _, row in rows if place < len(row) and row[place].strip()))
         if 1 < len(devices) <= MOST_DEVICES:
             raise RecordingError(
-                f"{at_header(shown, plan.layout)}: rows of {len(devices)} devices by the column {name.strip()} ({', '.join(devices)}): "
+                f"{at_header(shown, plan.layout)}: rows of {len(devices)} devices by the column {name} ({', '.join(devices)}): "
                 "a recording is of one device, keep the rows of one"
             )
 
