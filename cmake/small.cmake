@@ -10,7 +10,7 @@ target_link_libraries(hnav_small PRIVATE hnav_flags Eigen3::Eigen)
 target_compile_definitions(hnav_small PRIVATE HNAV_SMALL HNAV_SCALAR=${HNAV_SMALL_SCALAR})
 # A program takes of it what it calls. -Os alone lets Eigen write out the copies of each matrix size and call a function for
 # every element: with loops, and its small functions in their places, code is half as large.
-target_compile_options(hnav_small PRIVATE -Os -fno-math-errno -ffunction-sections -fdata-sections)
+target_compile_options(hnav_small PRIVATE -Os -ffunction-sections -fdata-sections)
 # GCC sees matrices that are filled in a loop as read before written, and pairs of numbers where there is one.
 target_compile_options(hnav_small PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-array-bounds>")
 # Sanitizers watch each of those small functions: in their places a file takes a compiler twenty minutes, without one.
