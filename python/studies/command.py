@@ -71,6 +71,11 @@ def titled_table(title: str, names: str, figures: str = "", rows: Iterable[Itera
     return table
 
 
+def cells(template: str, rows: Iterable[Mapping[str, Any]]) -> Iterator[list[str]]:
+    """Rows of titled_table by a template of their values, such as "{plant} | {nees:.3f}"; NaN shows as a dash."""
+    return (["-" if cell == "nan" else cell for cell in template.format_map(row).split(" | ")] for row in rows)
+
+
 def draw_into(path: Path | None, draw: Callable[[Item], Any], found: Item) -> None:
     """Writes what draw makes of the findings and says where; nothing without a path. Raises HnavError."""
     if path:

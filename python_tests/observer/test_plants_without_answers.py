@@ -16,10 +16,10 @@ from studies.observer import tank
 @pytest.mark.parametrize(("runs", "bounds"), [(2, {}), (20, {"min": 0.0})], ids=["free", "bounded"])
 def test_a_tank_that_runs_empty_is_estimated_when_it_is_full_again(runs, bounds):
     result = tank.measured("", runs, **bounds)
-    assert result.found >= 0.95 * runs and 0.8 < result.nees < 1.3
-    assert result.dropped == 0 and result.ready_meanwhile == 0 and result.ready > 0.9
-    assert (result.held > 0) != bool(bounds)
-    assert not bounds or result.negative == 0
+    assert result["found"] >= 0.95 * runs and 0.8 < result["nees"] < 1.3
+    assert result["dropped"] == 0 and result["ready_meanwhile"] == 0 and result["ready"] > 90
+    assert (result["held"] > 0) != bool(bounds)
+    assert not bounds or result["negative"] == 0
 
 
 def gap() -> Plant:

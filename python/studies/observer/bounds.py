@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
@@ -17,19 +17,6 @@ from hnav.native.arrays import Array
 RUNS = 200
 T_S = np.arange(1.0, 41.0)
 NOISE, START_SIGMA, LOSS_SIGMA = 0.05, 0.1, 0.005
-
-
-@dataclass(frozen=True)
-class Bounded:
-    """Of all runs of one filter."""
-
-    filter: str
-    nees: float
-    """At the end."""
-    rms: float
-    """Of the loss, at the end, 1/s."""
-    negative: float
-    """Share of all samples at which the estimated loss is below 0."""
 
 
 def room() -> Plant:
@@ -68,8 +55,9 @@ def unscented(y: Array) -> tuple[Array, Array, Array]:
     return np.array(losses), ukf.x, ukf.P
 
 
-def results(runs: int = RUNS) -> list[Bounded]:
-    """Of all filters on the same samples, whose loss is the absolute value of a Gaussian number."""
+def results(runs: int = RUNS) -> list[dict[str, Any]]:
+    """Of all filters on the same samples, whose loss is the absolute value of a Gaussian number. nees, rms: at the end, rms of the loss in 1/s;
+    negative: percent of all samples at which the estimated loss is below 0."""
     filters = {
         "hnav, min = 0": observed(0.0),
         "hnav, no bound": observed(-math.inf),
@@ -85,5 +73,6 @@ def results(runs: int = RUNS) -> list[Bounded]:
             squares.append(error @ np.linalg.solve(P, error) / 2)
             errors.append(error[1])
             negative.append(np.mean(losses < 0))
-        made.append(Bounded(name, float(np.mean(squares)), float(np.sqrt(np.mean(np.square(errors)))), float(np.mean(negative))))
+        rms = np.sqrt(np.mean(np.square(errors)))
+        made.append({"filter": name, "nees": np.mean(squares), "rms": rms, "negative": 100 * np.mean(negative)})
     return made

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import statistics
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hnav.places import CHECKOUT
 from studies.counting import compile_program, counted, has_valgrind, times_ns
@@ -19,28 +20,17 @@ CASES = {
 BOUNCE = "a bounce with its matrix, and the return of its indicator"
 
 
-@dataclass(frozen=True)
-class Cost:
-    """Of a sample."""
-
-    case: str
-    instructions: float | None
-    least_us: float
-    median_us: float
-
-
 def built() -> Path:
     """The program that runs any case. Raises UsageError."""
     return compile_program([Path(__file__).with_suffix(".cpp")], WORK / "cost", CHECKOUT, [CHECKOUT / "c_src/tests"])
 
 
-def results(runs: int = RUNS) -> list[Cost]:
-    """Of all cases; what a bounce adds is the difference of the last two."""
-    program, made = built(), []
+def results(runs: int = RUNS) -> list[dict[str, Any]]:
+    """Of a sample of all cases; what a bounce adds is the difference of the last two."""
+    program, made = built(), list[dict[str, Any]]()
     for name, case in CASES.items():
         times = [1e-3 * ns for ns in times_ns([program, name, str(runs)])]
-        instructions = counted("timed_run", [program, name, "1"]) / SAMPLES if has_valgrind() else None
-        made.append(Cost(case, instructions, min(times), statistics.median(times)))
+        instructions = counted("timed_run", [program, name, "1"]) / SAMPLES if has_valgrind() else math.nan
+        made.append({"instructions": instructions, "least_us": min(times), "median_us": statistics.median(times), "case": case})
     without, bouncing = made[-2:]
-    more = None if bouncing.instructions is None else bouncing.instructions - (without.instructions or 0)
-    return [*made, Cost(BOUNCE, more, bouncing.least_us - without.least_us, bouncing.median_us - without.median_us)]
+    return [*made, {"case": BOUNCE} | {figure: bouncing[figure] - without[figure] for figure in list(bouncing)[:3]}]

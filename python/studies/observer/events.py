@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,20 +39,6 @@ class Case:
     """Moves rows of states (and of a discrete number behind them) over a short time, given their noise."""
     worst: int
     """The state whose error is shown."""
-
-
-@dataclass(frozen=True)
-class EventResult:
-    """Of all runs of one plant."""
-
-    plant: str
-    nees: float
-    rms: float
-    """Of the errors of one state."""
-    rms_particles: float
-    parts: float
-    us_per_sample: float
-    """Of a processor."""
 
 
 def bounce(x: Array, d: float, noise: Array) -> None:
@@ -160,8 +147,8 @@ def _move(case: Case, x: Array, rng: np.random.Generator) -> None:
         case.step(x, d, scale * rng.standard_normal((len(x), len(scale))))
 
 
-def measured(case: Case, runs: int, first_seed: int) -> EventResult:
-    """Of one plant and one set of seeds."""
+def measured(case: Case, runs: int, first_seed: int) -> dict[str, Any]:
+    """Of one plant and one set of seeds; rms, rms_particles: of the errors of the state `worst`; us_per_sample: of a processor."""
     nees, errors, of_particles, parts, spent = [], [], [], [], []
     sensor = next(iter(case.start))
     for seed in range(first_seed, first_seed + runs):
@@ -175,18 +162,14 @@ def measured(case: Case, runs: int, first_seed: int) -> EventResult:
         errors.append(error[:, case.worst])
         of_particles.append((truth - particles(case, y, np.random.default_rng(10**6 + seed)))[:, case.worst])
         parts.append(run.parts.mean())
-    rms = [float(np.sqrt(np.mean(np.square(e)))) for e in (errors, of_particles)]
-    return EventResult(
-        f"{case.name}, seeds from {first_seed}",
-        float(np.mean(nees)),
-        rms[0],
-        rms[1],
-        float(np.mean(parts)),
-        1e6 * float(np.median(spent)),
-    )
+    rms, rms_particles = (np.sqrt(np.mean(np.square(e))) for e in (errors, of_particles))
+    return {
+        "plant": f"{case.name}, seeds from {first_seed}", "nees": np.mean(nees), "rms": rms, "rms_particles": rms_particles,
+        "ratio": rms / rms_particles, "parts": np.mean(parts), "us_per_sample": 1e6 * np.median(spent),
+    }  # fmt: skip
 
 
-def results(runs: int) -> Iterator[EventResult]:
+def results(runs: int) -> Iterator[dict[str, Any]]:
     """Of all plants: three sets of seeds where they are functions, one where they are FMUs."""
     for case in cases():
         for seed in SEEDS if isinstance(case.plant, Plant) else SEEDS[:1]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,16 +12,6 @@ from hnav.filters.plant import Plant
 from hnav.native.arrays import Array
 from hnav.systems.statistics import normalised_squares
 from studies.observer import events, smooth
-
-
-@dataclass(frozen=True)
-class HindsightResult:
-    """Of all runs of one plant, of the filter and of the smoother."""
-
-    plant: str
-    nees: tuple[float, float]
-    rms: tuple[float, float]
-    """Of the errors of one state."""
 
 
 def both(observer: Observer, t_s: Array, y: dict[str, Array]) -> tuple[ObserverRun, ObserverRun]:
@@ -49,20 +39,19 @@ def of_case(case: events.Case, runs: int) -> Iterator[tuple[Array, tuple[Observe
 
 def measured(
     name: str, runs: Iterator[tuple[Array, tuple[ObserverRun, ObserverRun]]], worst: int, settled: int
-) -> HindsightResult:
-    """worst: the state whose error is shown; settled: samples that a start far off is given."""
-    nees: tuple[list[float], list[float]] = ([], [])
-    errors: tuple[list[Array], list[Array]] = ([], [])
+) -> dict[str, Any]:
+    """nees, rms: of filter and smoother. worst: the state whose error is shown; settled: samples that a start far off is given."""
+    nees, errors = [], []
     for truth, made in runs:
-        for kept, squares, run in zip(errors, nees, made):
-            error = (truth - np.column_stack([*run.x.values()]))[settled:]
-            kept.append(error[:, worst])
-            squares.append(float(np.mean(normalised_squares(error, run.covariance[settled:]))) / error.shape[1])
-    rms = [float(np.sqrt(np.mean(np.square(kept)))) for kept in errors]
-    return HindsightResult(name, (float(np.mean(nees[0])), float(np.mean(nees[1]))), (rms[0], rms[1]))
+        of_both = [(truth - np.column_stack([*run.x.values()]))[settled:] for run in made]
+        errors.append([error[:, worst] for error in of_both])
+        squares = (normalised_squares(error, run.covariance[settled:]) for error, run in zip(of_both, made))
+        nees.append([np.mean(square) / len(truth[0]) for square in squares])
+    rms = np.sqrt(np.mean(np.square(errors), axis=(0, 2)))
+    return {"plant": name, "nees": np.mean(nees, axis=0), "rms": rms, "ratio": rms[1] / rms[0]}
 
 
-def results(runs: int) -> Iterator[HindsightResult]:
+def results(runs: int) -> Iterator[dict[str, Any]]:
     """Of all plants as functions."""
     yield measured("van der Pol oscillator", oscillators(runs), 1, smooth.SETTLED)
     for case in events.cases():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -23,16 +23,6 @@ STIFF = 1000.0  # mu of the stiff oscillator
 KINDS = ("functions", "FMI 2", "FMI 3")
 
 
-@dataclass(frozen=True)
-class Law:
-    """One figure, of the same plant in each of its kinds."""
-
-    figure: str
-    right: str
-    """What it is where all is right."""
-    by_kind: dict[str, float]
-
-
 def plants_of(fmu: str, functions: Plant | None) -> dict[str, Plant | Path]:
     """The kinds of a plant that are here."""
     found: dict[str, Plant | Path] = {"functions": functions} if functions else {}
@@ -44,12 +34,12 @@ def plants_of(fmu: str, functions: Plant | None) -> dict[str, Plant | Path]:
     return found
 
 
-def results() -> Iterator[Law]:
-    """All of them."""
+def results() -> Iterator[dict[str, Any]]:
+    """All of them: figure, what it is where all is right, and its value by kind of the same plant, NaN where there is none."""
     for figures, of, plants in all_figures():
-        measured = {kind: of(plant) for kind, plant in plants.items()}
+        measured = {kind: of(plants[kind]) if kind in plants else [math.nan] * len(figures) for kind in KINDS}
         for k, (figure, right) in enumerate(figures):
-            yield Law(figure, right, {kind: values[k] for kind, values in measured.items()})
+            yield {"figure": figure, "right": right} | {kind: values[k] for kind, values in measured.items()}
 
 
 Figures = tuple[tuple[str, str], ...]

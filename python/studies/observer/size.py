@@ -8,8 +8,8 @@ import time
 import zipfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky
@@ -72,27 +72,15 @@ def plan_of(fmu: Path, count: int) -> Plan:
     return plan
 
 
-@dataclass(frozen=True)
-class Size:
-    """Of a rod of so many cells."""
-
-    states: int
-    ms_per_sample: float
-    """Of a processor, the median."""
-    memory_mb: float
-    """By which the process grew."""
-    nees: float
-
-
-def results(sizes: tuple[int, ...] = SIZES, runs: int = 10) -> Iterator[Size]:
+def results(sizes: tuple[int, ...] = SIZES, runs: int = 10) -> Iterator[dict[str, Any]]:
     """Each in a process of its own, whose memory is measured."""
     for count in sizes:
         with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as process:
             yield process.submit(measured, count, runs).result()
 
 
-def measured(count: int, runs: int) -> Size:
-    """Time and NEES of some runs."""
+def measured(count: int, runs: int) -> dict[str, Any]:
+    """Of some runs: median time of a processor for a sample, by how much the process grew, and NEES."""
     with tempfile.TemporaryDirectory() as name:
         plan = plan_of(rod_fmu(Path(name), count), count)
         before_mb = memory_mb()
@@ -110,7 +98,7 @@ def measured(count: int, runs: int) -> Size:
                 grown_mb = max(grown_mb, memory_mb() - before_mb)
                 estimate = np.array([*observer.estimate()[0].values()])
                 squares.append(float(normalised_squares(x - estimate, observer.covariance())) / count)
-    return Size(count, 1e3 * float(np.median(spent)), grown_mb, float(np.mean(squares)))
+    return {"states": count, "ms_per_sample": 1e3 * np.median(spent), "memory_mb": grown_mb, "nees": np.mean(squares)}
 
 
 def truth_and_samples(count: int, rng: np.random.Generator) -> tuple[Array, Array]:

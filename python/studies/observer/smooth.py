@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cholesky, expm
@@ -18,17 +18,6 @@ from hnav.native.arrays import Array
 from hnav.systems.statistics import normalised_squares
 
 SETTLED = 20  # samples that a start far off is given
-
-
-@dataclass(frozen=True)
-class Result:
-    """Of all runs of one plant."""
-
-    plant: str
-    nees: float
-    nis: float
-    us_per_sample: float
-    """Of a processor."""
 
 
 def van_der_pol(rng: np.random.Generator, steps: int = 200, interval_s: float = 0.05) -> tuple[Array, Array]:
@@ -115,13 +104,13 @@ def rooms(fmu: Path, seeds: int) -> Iterator[tuple[Array, Array, float]]:
         yield normalised_squares(error, run.covariance)[SETTLED::20] / error.shape[1], run.nis["T_air"][SETTLED:], spent
 
 
-def measured(name: str, runs: Iterator[tuple[Array, Array, float]]) -> Result:
-    """The means over all runs."""
+def measured(name: str, runs: Iterator[tuple[Array, Array, float]]) -> dict[str, Any]:
+    """The means over all runs; us_per_sample: of a processor, the median."""
     nees, nis, spent = zip(*runs)
-    return Result(name, float(np.mean(nees)), float(np.mean(nis)), 1e6 * float(np.median(spent)))
+    return {"plant": name, "nees": np.mean(nees), "nis": np.mean(nis), "us_per_sample": 1e6 * np.median(spent)}
 
 
-def results(runs: int) -> list[Result]:
+def results(runs: int) -> list[dict[str, Any]]:
     """Of all plants that there are."""
     plants = [("van der Pol, functions in Python", oscillators(in_python(), runs))]
     folder = os.environ.get("HNAV_PLANTS")

@@ -2,83 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Annotated
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.table import Table
 
 from hnav.cli.console import show
-from studies.command import check_choices, titled_table
+from studies.command import cells, check_choices, titled_table
 from studies.observer import bounds, cost, events, hindsight, laws, size, smooth, tank
 
-
-def smooth_table(runs: int) -> Table:
-    rows = ((r.plant, f"{r.nees:.3f}", f"{r.nis:.3f}", f"{r.us_per_sample:.1f}") for r in smooth.results(runs))
-    return titled_table("", "plant", "NEES/n | NIS | us/sample", rows)
+Rows = Iterable[Mapping[str, Any]]
 
 
-def events_table(runs: int) -> Table:
-    rows = (
-        (e.plant, f"{e.nees:.3f}", f"{e.rms:.4f}", f"{e.rms_particles:.4f}", f"{e.rms / e.rms_particles:.3f}", f"{e.parts:.2f}",
-         f"{e.us_per_sample:.1f}")
-        for e in events.results(runs)
-    )  # fmt: skip
-    return titled_table("", "plant with events", "NEES/n | rms error | of particles | ratio | parts | us/sample", rows)
+class Part(NamedTuple):
+    """A table: heads of its first column and of its figures, template of a row, and who measures the rows by the number of runs."""
+
+    first: str
+    figures: str
+    row: str
+    measured: Callable[[int], Rows]
+
+    def table(self, runs: int) -> Table:
+        return titled_table("", self.first, self.figures, cells(self.row, self.measured(runs)))
 
 
-def hindsight_table(runs: int) -> Table:
-    rows = (
-        (r.plant, *(f"{value:.3f}" for value in r.nees), *(f"{value:.4f}" for value in r.rms), f"{r.rms[1] / r.rms[0]:.3f}")
-        for r in hindsight.results(runs)
-    )
-    return titled_table("", "plant, with hindsight", "NEES/n, filter | smoother | rms, filter | smoother | ratio", rows)
-
-
-def laws_table() -> Table:
-    rows = (
-        (law.figure, law.right, *(f"{law.by_kind[kind]:.3g}" if kind in law.by_kind else "-" for kind in laws.KINDS))
-        for law in laws.results()
-    )
-    return titled_table("", "figure", " | ".join(("right", *laws.KINDS)), rows)
-
-
-def tank_table() -> Table:
-    heads = "runs | found again | NEES/n | held | dropped | ready there | ready later, %"
-    rows = (
-        (r.plan, *map(str, (r.runs, r.found, f"{r.nees:.3f}", r.held, r.dropped, r.ready_meanwhile)), f"{100 * r.ready:.1f}")
-        for r in tank.results()
-    )
-    return titled_table("", "tank that runs empty", heads, rows)
-
-
-def bounds_table() -> Table:
-    rows = ((r.filter, f"{r.nees:.3f}", f"{r.rms:.5f}", f"{100 * r.negative:.1f}") for r in bounds.results())
-    return titled_table("", "a loss near zero", "NEES/n | rms error, 1/s | estimates below 0, %", rows)
-
-
-def size_table() -> Table:
-    rows = ((str(r.states), f"{r.ms_per_sample:.3f}", f"{r.memory_mb:.1f}", f"{r.nees:.3f}") for r in size.results())
-    return titled_table("", "rod of so many cells, FMI 2", "ms/sample | memory, MB | NEES/n", rows)
-
-
-def cost_table() -> Table:
-    rows = (
-        (c.case, "-" if c.instructions is None else f"{c.instructions:.0f}", f"{c.least_us:.2f}", f"{c.median_us:.2f}")
-        for c in cost.results()
-    )
-    return titled_table("", "plant in C", "instructions | us of CPU, least | median", rows)
-
-
-PARTS: dict[str, Callable[[int], Sequence[Table]]] = {
-    "errors": lambda runs: (smooth_table(runs), events_table(runs)),
-    "hindsight": lambda runs: (hindsight_table(runs),),
-    "laws": lambda _: (laws_table(),),
-    "tank": lambda _: (tank_table(),),
-    "bounds": lambda _: (bounds_table(),),
-    "size": lambda _: (size_table(),),
-    "cost": lambda _: (cost_table(),),
-}
+PARTS = {
+    "errors": (
+        Part(
+            "plant", "NEES/n | NIS | us/sample",
+            "{plant} | {nees:.3f} | {nis:.3f} | {us_per_sample:.1f}", lambda runs: smooth.results(runs),
+        ),
+        Part(
+            "plant with events", "NEES/n | rms error | of particles | ratio | parts | us/sample",
+            "{plant} | {nees:.3f} | {rms:.4f} | {rms_particles:.4f} | {ratio:.3f} | {parts:.2f} | {us_per_sample:.1f}",
+            lambda runs: events.results(runs),
+        ),
+    ),
+    "hindsight": (
+        Part(
+            "plant, with hindsight", "NEES/n, filter | smoother | rms, filter | smoother | ratio",
+            "{plant} | {nees[0]:.3f} | {nees[1]:.3f} | {rms[0]:.4f} | {rms[1]:.4f} | {ratio:.3f}", lambda runs: hindsight.results(runs),
+        ),
+    ),
+    "laws": (
+        Part(
+            "figure", " | ".join(("right", *laws.KINDS)), " | ".join(("{figure}", "{right}", *(f"{{{kind}:.3g}}" for kind in laws.KINDS))),
+            lambda _: laws.results(),
+        ),
+    ),
+    "tank": (
+        Part(
+            "tank that runs empty", "runs | found again | NEES/n | held | dropped | ready there | ready later, %",
+            "{plan} | {runs} | {found} | {nees:.3f} | {held} | {dropped} | {ready_meanwhile} | {ready:.1f}", lambda _: tank.results(),
+        ),
+    ),
+    "bounds": (
+        Part(
+            "a loss near zero", "NEES/n | rms error, 1/s | estimates below 0, %",
+            "{filter} | {nees:.3f} | {rms:.5f} | {negative:.1f}", lambda _: bounds.results(),
+        ),
+    ),
+    "size": (
+        Part(
+            "rod of so many cells, FMI 2", "ms/sample | memory, MB | NEES/n",
+            "{states} | {ms_per_sample:.3f} | {memory_mb:.1f} | {nees:.3f}", lambda _: size.results(),
+        ),
+    ),
+    "cost": (
+        Part(
+            "plant in C", "instructions | us of CPU, least | median",
+            "{case} | {instructions:.0f} | {least_us:.2f} | {median_us:.2f}", lambda _: cost.results(),
+        ),
+    ),
+}  # fmt: skip
 
 
 def command(
@@ -89,5 +86,5 @@ def command(
     check_choices("--part", [part], PARTS)
     for name, tables in PARTS.items():
         if part in (None, name):
-            for table in tables(runs):
-                show(table, width=120)
+            for one in tables:
+                show(one.table(runs), width=120)
