@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from hnav import earth
@@ -16,7 +17,7 @@ from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.systems.navigation_views import wrapped
 from studies.ins.conditions import CONDITIONS
-from studies.ins.flight import FirstReady, first_ready
+from studies.ins.flight import first_ready
 from studies.ins.motions import AT_REST
 from studies.ins.vehicles import Truth, receiver, starts_of, vehicle
 from studies.processes import in_order
@@ -32,26 +33,13 @@ REST_NOISE_M_S = 0.01
 EARLY_S = 5.0
 """After the tilt is found."""
 EVERY = 10  # rows of the filter per scored row
+LARGEST = 100.0
+"""Of one squared normalised error in a mean."""
 
 
-@dataclass(frozen=True)
-class Start(FirstReady):
-    """A start and its outcome; angles in rad."""
-
-    kind: str
-    seed: int
-    error_end: float
-    """Of the heading, at the end."""
-    sigma_end: float
-    """As stated at the end."""
-    position_z2: float
-    """Mean of the three squared normalised errors of the position at the end."""
-    tilt_z2: tuple[float, float]
-    """Mean of the two squared normalised errors of the tilt, EARLY_S after it was found and at the end."""
-
-
-def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> Start:
-    """The start of this number, under a condition of CONDITIONS."""
+def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> dict[str, Any]:
+    """The start of this number, under a condition of CONDITIONS: as of first_ready; error_end, sigma_end of the heading at the end, rad;
+    position_z2, tilt_z2: means of the squared normalised errors at the end; early_tilt_z2: EARLY_S after the tilt was found."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind], magnetometer)
     met = CONDITIONS[condition]
     samples = met.change(samples, truth, np.random.default_rng([seed, 9]))
@@ -67,19 +55,17 @@ def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, conditi
     run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, every=EVERY)
     rows = np.arange(EVERY - 1, len(samples.t_s), EVERY)
     error = wrapped(run.heading_rad - truth.heading_rad()[rows])
-    sigma = run.sigma_rotation_rad[:, 2]
     off = earth.position_of(run.place[-1]) - truth.position_e[rows[-1]]
     off_n = off @ earth.axes_at(run.place[-1])
     found_s = run.t_s[np.argmax(np.isfinite(run.q_nb[:, 0]))]
-    return Start(
-        *first_ready(run, error, samples.t_s[0]),
-        kind,
-        seed,
-        float(error[-1]),
-        float(sigma[-1]),
-        float(np.mean((off_n / run.sigma_position_m[-1]) ** 2)) if kind not in AT_REST else np.nan,
-        (tilt_z2(run, truth, rows, int(np.searchsorted(run.t_s, found_s + EARLY_S))), tilt_z2(run, truth, rows, len(rows) - 1)),
-    )
+    early = int(np.searchsorted(run.t_s, found_s + EARLY_S))
+    return first_ready(run, error, samples.t_s[0]) | {
+        "error_end": error[-1],
+        "sigma_end": run.sigma_rotation_rad[-1, 2],
+        "position_z2": np.mean((off_n / run.sigma_position_m[-1]) ** 2) if kind not in AT_REST else np.nan,
+        "early_tilt_z2": tilt_z2(run, truth, rows, early),
+        "tilt_z2": tilt_z2(run, truth, rows, len(rows) - 1),
+    }
 
 
 def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> float:
@@ -98,46 +84,20 @@ def tilt_errors(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], of: int |
 
 def experiment(
     kind: str, grade: str, runs: int, seed: int, workers: int, magnetometer: bool = False, condition: str = "usual"
-) -> Iterator[Start]:
+) -> Iterator[dict[str, Any]]:
     """The starts of a seed, in their order."""
     one = partial(judged, kind, grade, magnetometer=magnetometer, condition=condition)
     return in_order(one, starts_of(seed, runs), workers, 8)
 
 
-@dataclass(frozen=True)
-class Figures:
-    """Of many starts of one kind; angles in deg."""
-
-    runs: int
-    ready: int
-    median_s: float
-    late_s: float
-    """95 % of those that were ready were so by then."""
-    false: int
-    rms_end: float
-    stated_end: float
-    heading_z2: float
-    """Mean of the squared normalised errors at the end, each at most 100."""
-    position_z2: float
-    early_tilt_z2: float
-    tilt_z2: float
-
-
-def figures(starts: Sequence[Start]) -> Figures:
-    """Of starts of one kind."""
-    times = np.array([s.ready_s for s in starts])
-    times = times[np.isfinite(times)]
-    error, sigma = np.array([s.error_end for s in starts]), np.array([s.sigma_end for s in starts])
-    position = np.array([s.position_z2 for s in starts])
-    return Figures(
-        len(starts),
-        len(times),
-        float(np.median(times)) if len(times) else np.nan,
-        float(np.quantile(times, 0.95)) if len(times) else np.nan,
-        sum(s.is_false for s in starts),
-        float(np.degrees(np.sqrt(np.nanmean(error**2)))),
-        float(np.degrees(np.sqrt(np.nanmean(sigma**2)))),
-        float(np.nanmean(np.minimum(error**2 / sigma**2, 100))),
-        float(np.nanmean(np.minimum(position, 100))) if np.isfinite(position).any() else np.nan,
-        *(float(np.nanmean(np.minimum([s.tilt_z2[i] for s in starts], 100))) for i in range(2)),
-    )
+def figures(starts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Of starts of one kind: counts, root mean squares of the heading's error and sigma at the end in deg, late_s by which 95 % of those that
+    were ready were so, and means of squared normalised errors, each at most LARGEST."""
+    table = pd.DataFrame(starts)
+    times = table.ready_s.dropna()
+    rms_end, stated_end = np.degrees(np.sqrt(np.mean(table[["error_end", "sigma_end"]] ** 2, axis=0)))
+    squares = table.filter(like="z2").assign(heading_z2=table.error_end**2 / table.sigma_end**2)
+    return {
+        "runs": len(table), "ready": len(times), "median_s": times.median(), "late_s": times.quantile(0.95), "false": table.is_false.sum(),
+        "rms_end": rms_end, "stated_end": stated_end, **squares.clip(upper=LARGEST).mean(),
+    }  # fmt: skip

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from hnav.filters.ins import Ins
@@ -20,39 +21,14 @@ LENGTH_S, JUDGED_S = 90.0, 60.0
 TAKE_OFF_S, LANDING_S = 212.0, 577.0
 
 
-@dataclass(frozen=True)
-class FirstReady:
-    """The first heading_ready of a run; angles in rad, NaN where the heading was never ready."""
-
-    ready_s: float
-    """From switching on."""
-    error_then: float
-    """Of the heading, at that instant."""
-    sigma_then: float
-    """As stated at that instant."""
-
-    @property
-    def is_false(self) -> bool:
-        """The heading was called ready, and was not."""
-        return bool(abs(self.error_then) > max(3 * self.sigma_then, FALSE_RAD))
-
-
-def first_ready(run: InsRun, error: Array, begin_s: float) -> tuple[float, float, float]:
-    """The fields of FirstReady. error: of the heading in the rows of the run."""
-    ready = np.flatnonzero(run.ready[:, 1])
-    if not len(ready):
-        return np.nan, np.nan, np.nan
-    return float(run.t_s[ready[0]] - begin_s), float(error[ready[0]]), float(run.sigma_rotation_rad[ready[0], 2])
-
-
-@dataclass(frozen=True)
-class FlightStart(FirstReady):
-    """A start in the air."""
-
-    rms: float
-    """Root mean square of the difference of headings from JUDGED_S to LENGTH_S after the start."""
-    mean: float
-    """Its mean."""
+def first_ready(run: InsRun, error: Array, begin_s: float) -> dict[str, Any]:
+    """ready_s: from switching on to the first heading_ready, NaN for never; is_false: whether the heading was called ready there, and was not.
+    error: of the heading in the rows of the run, rad."""
+    row = int(np.argmax(run.ready[:, 1]))
+    if not run.ready[row, 1]:
+        return {"ready_s": np.nan, "is_false": False}
+    limit_rad = max(3 * run.sigma_rotation_rad[row, 2], FALSE_RAD)
+    return {"ready_s": float(run.t_s[row] - begin_s), "is_false": bool(abs(error[row]) > limit_rad)}
 
 
 class Flight:
@@ -103,14 +79,14 @@ class Flight:
         aids = Aids().velocity(fix["t_s"], np.stack([fix["vn"], fix["ve"], fix["vd"]], 1), 0.2)
         return aids.position(fix["t_s"], np.radians(fix["lat_deg"]), np.radians(fix["lon_deg"]), fix["alt_m"], [2.0, 2.0, 4.0])
 
-    def start(self, begin_s: float, length_s: float = LENGTH_S, **options: object) -> FlightStart:
-        """Options: those of Ins that differ from the preset consumer."""
-        log = self.log[(self.log["t_s"] >= begin_s) & (self.log["t_s"] <= begin_s + length_s)]
-        run = self.run(log, **options)
-        error, late = self.error(run), run.t_s >= begin_s + JUDGED_S
-        figures = float(np.sqrt(np.mean(error[late] ** 2))), float(np.mean(error[late]))
-        return FlightStart(*first_ready(run, error, begin_s), *figures)
+    def start(self, begin_s: float, **options: object) -> dict[str, Any]:
+        """A start in the air as of first_ready; rms, mean: of the difference of headings from JUDGED_S to LENGTH_S after it, rad.
+        Options: those of Ins that differ from the preset consumer."""
+        run = self.run(self.log[(self.log["t_s"] >= begin_s) & (self.log["t_s"] <= begin_s + LENGTH_S)], **options)
+        error = self.error(run)
+        late = error[run.t_s >= begin_s + JUDGED_S]
+        return first_ready(run, error, begin_s) | {"rms": np.sqrt(np.mean(late**2)), "mean": np.mean(late)}
 
-    def starts(self, **options: object) -> list[FlightStart]:
+    def starts(self, **options: object) -> pd.DataFrame:
         """STARTS of them, evenly over the time in the air."""
-        return [self.start(begin, LENGTH_S, **options) for begin in np.linspace(FIRST_S, LAST_S, STARTS)]
+        return pd.DataFrame([self.start(begin, **options) for begin in np.linspace(FIRST_S, LAST_S, STARTS)])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 import hnav
@@ -46,22 +46,6 @@ WAYS = (
     Fixes("as satellites do: 1.5 m, 5 a second", 5.0, 1.5, 0.1),
     Fixes("the same, and the magnetometer", 5.0, 1.5, 0.1, with_field=True),
 )
-
-
-@dataclass(frozen=True)
-class Minute:
-    """A start and the minute after it; rad."""
-
-    rms: float
-    """Of the filter's heading over the last LAST_S."""
-    stated: float
-    z2: float
-    smoothed_rms: float
-    """Over the whole minute; NaN where the heading was never found, and the smoother has nothing to add."""
-    smoothed_z2: float
-    is_ready: bool
-    is_false: bool
-    """The heading was called ready while it was not."""
 
 
 class Trial:
@@ -102,30 +86,30 @@ class Trial:
             aids.mag(t[::FIELD_STEP], self.field[rows][::FIELD_STEP])
         return aids.position(t[fix], latitude, longitude, height, fixes.sigma_m)
 
-    def minute(self, begin_s: float, fixes: Fixes) -> Minute:
-        """Filter and smoother from there on, by the preset consumer."""
+    def minute(self, begin_s: float, fixes: Fixes) -> dict[str, Any]:
+        """The headings of filter and smoother from there on, by the preset consumer. rms, stated, z2: error and sigma of the filter over the
+        last LAST_S, rad; smoothed_rms, smoothed_z2: of the whole minute, NaN where the heading was never found and the smoother has nothing
+        to add; is_false: it was called ready while it was not."""
         first, last = np.searchsorted(self.t_s, [begin_s, begin_s + LENGTH_S])
         rows = slice(first, last)
         aids = self.aids(rows, fixes, np.random.default_rng(round(begin_s)))
         samples = self.t_s[rows], self.rate[rows], self.force[rows], aids
-        filtered, smoothed = (
-            hnav.Ins("consumer", solver="closed_form").run(*samples),
-            hnav.Ins("consumer", solver="closed_form").smooth(*samples),
-        )
+        ins = hnav.Ins("consumer", solver="closed_form")
+        filtered, smoothed = ins.run(*samples), ins.smooth(*samples)
         late = filtered.t_s > filtered.t_s[-1] - LAST_S
         error, sigma = self.error(filtered, rows), filtered.sigma_rotation_rad[:, 2]
         after, sigma_after = self.error(smoothed, rows), smoothed.sigma_rotation_rad[:, 2]
         found = (smoothed.phase == PHASES.index("navigating")).any()
         is_off = (np.abs(error) > np.fmax(3 * sigma, FALSE_RAD)) & filtered.ready[:, 1]
-        return Minute(
-            float(np.sqrt(np.nanmean(error[late] ** 2))),
-            float(np.sqrt(np.mean(sigma[late] ** 2))),
-            float(np.nanmean((error / sigma)[late] ** 2)),
-            float(np.sqrt(np.nanmean(after**2))) if found else np.nan,
-            float(np.nanmean((after / sigma_after) ** 2)) if found else np.nan,
-            bool(filtered.ready[:, 1].any()),
-            bool(is_off.any()),
-        )
+        return {
+            "rms": np.sqrt(np.nanmean(error[late] ** 2)),
+            "stated": np.sqrt(np.mean(sigma[late] ** 2)),
+            "z2": np.nanmean((error / sigma)[late] ** 2),
+            "smoothed_rms": np.sqrt(np.nanmean(after**2)) if found else np.nan,
+            "smoothed_z2": np.nanmean((after / sigma_after) ** 2) if found else np.nan,
+            "is_ready": filtered.ready[:, 1].any(),
+            "is_false": is_off.any(),
+        }
 
     def error(self, run: InsRun, rows: slice) -> Array:
         """n: of the attitude about the vertical, rad; NaN where one of both is not known."""
@@ -135,11 +119,10 @@ class Trial:
         return np.where(known, off.as_rotvec()[:, 2], np.nan)
 
 
-def minutes_of(path: Path, fixes: Fixes) -> list[Minute]:
+def minutes_of(path: Path, fixes: Fixes) -> pd.DataFrame:
     """Those of a trial in which the optics see the body at the end."""
     trial = Trial(path)
-    found = [trial.minute(begin, fixes) for begin in trial.begins()]
-    return [minute for minute in found if np.isfinite(minute.rms)]
+    return pd.DataFrame([trial.minute(begin, fixes) for begin in trial.begins()]).dropna(subset="rms")
 
 
 def trials(folder: Path) -> list[Path]:
@@ -147,6 +130,6 @@ def trials(folder: Path) -> list[Path]:
     return sorted(path for path in folder.glob("*.hdf5") if "_rotation" not in path.name)
 
 
-def minutes(folder: Path, fixes: Fixes, workers: int) -> Iterator[Minute]:
+def minutes(folder: Path, fixes: Fixes, workers: int) -> pd.DataFrame:
     """All minutes of all trials."""
-    return chain.from_iterable(in_order(partial(minutes_of, fixes=fixes), trials(folder), workers))
+    return pd.concat(in_order(partial(minutes_of, fixes=fixes), trials(folder), workers))

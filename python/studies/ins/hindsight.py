@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,23 +19,13 @@ from studies.processes import in_order
 OUTAGE_S = (90.0, 120.0)
 LENGTH_S = 150.0
 EVERY = 10
-PARTS = ("before", "after", "middle")
+PARTS = ("before it is known", "from then on", "middle of the outage")
 """Rows before the heading was found; rows from then on; the ten seconds in the middle of the outage."""
 
 
-@dataclass(frozen=True)
-class Compared:
-    """One start: of the rows of each of PARTS mean squares of errors, and of errors over sigmas, by filter and smoother.
-
-    2 x 3 x 6: heading and tilt in rad, horizontal position in m; the three normalised. NaN where there is no such row.
-    """
-
-    kind: str
-    means: Array
-
-
-def compared(kind: str, grade: str, seed: int) -> Compared:
-    """The start of this number."""
+def compared(kind: str, grade: str, seed: int) -> Array:
+    """2 x 3 x 6 of the start of this number: by filter and smoother, of the rows of each of PARTS, mean squares of errors (heading and tilt in
+    rad, horizontal position in m) and of errors over sigmas. NaN where there is no such row."""
     samples, truth = vehicle(kind, grade, seed, LENGTH_S)
     begin, end = (samples.t_s[0] + t for t in OUTAGE_S)
     valid = samples.aids.arrays()[0]
@@ -52,7 +41,7 @@ def compared(kind: str, grade: str, seed: int) -> Compared:
         [mean_squares(run, truth, rows) for rows in (before, known, middle)]
         for run, before in ((filtered, nothing), (smoothed, again))
     ]
-    return Compared(kind, np.array(means))
+    return np.array(means)
 
 
 def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
@@ -69,15 +58,15 @@ def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
     return np.array([np.mean(column**2) for column in columns])
 
 
-def starts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Compared]:
+def starts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Array]:
     """The starts of a seed, in their order."""
     return in_order(partial(compared, kind, grade), starts_of(seed, runs), workers, 4)
 
 
-def summary(of: Sequence[Compared]) -> Array:
+def summary(of: Sequence[Array]) -> Array:
     """2 x 3 x 6, by filter and smoother and part: rms of heading and tilt in deg, of the horizontal position in m; means of the
     normalised squares, each start at most 50."""
-    means = np.array([one.means for one in of])
+    means = np.array(of)
     means[..., 3:] = np.minimum(means[..., 3:], 50)
     there = np.isfinite(means)
     mean = np.where(there, means, 0).sum(axis=0) / np.where(there.any(axis=0), there.sum(axis=0), np.nan)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from itertools import product
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -20,7 +20,7 @@ from studies.ins import flight as flights
 from studies.ins import hindsight, wheels
 from studies.ins import tilt as tilted
 from studies.ins.conditions import CONDITIONS
-from studies.ins.experiment import DURATIONS_S, KINDS, Figures, experiment, figures
+from studies.ins.experiment import DURATIONS_S, KINDS, experiment, figures
 from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
@@ -68,26 +68,20 @@ def command(
     if without is not None:
         leave_out(without)
     if flight is not None:
-        show(flight_table(recorded(flight)), width=120)
-        return
-    if hands is not None:
-        if not trials(hands):
-            raise UsageError(f"--hands {hands}: there is no .hdf5 of a BROAD trial that moves about")
-        show(hands_table(hands, workers), width=150)
-        return
-    if with_wheels:
-        show(wheel_table(grade, runs, seed, workers), width=120)
-        return
-    if smooth:
-        show(hindsight_table(chosen, grade, runs, seed, workers), width=200)
-        return
-    if tilt:
-        show(tilt_table(runs, seed, workers), width=150)
-        return
-    if gyrocompass:
-        show(north_table(runs, seed, workers), width=120)
-        return
-    show(starts_table(chosen, met, grade, runs, seed, workers, magnetometer), width=150)
+        shown, width = flight_table(recorded(flight)), 120
+    elif hands is not None:
+        shown, width = hands_table(hands, workers), 150
+    elif with_wheels:
+        shown, width = wheel_table(grade, runs, seed, workers), 120
+    elif smooth:
+        shown, width = hindsight_table(chosen, grade, runs, seed, workers), 200
+    elif tilt:
+        shown, width = tilt_table(runs, seed, workers), 150
+    elif gyrocompass:
+        shown, width = north_table(runs, seed, workers), 120
+    else:
+        shown, width = starts_table(chosen, met, grade, runs, seed, workers, magnetometer), 150
+    show(shown, width=width)
 
 
 def leave_out(rule: str) -> None:
@@ -108,27 +102,22 @@ def starts_table(
     kinds: list[str], conditions: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool
 ) -> Table:
     """A row for each kind under each condition, with a progress bar; magnetometer: and one with it."""
-    rows: list[tuple[str, Figures]] = []
-    for kind, field, met in product(kinds, (False, True) if magnetometer else (False,), conditions):
-        name = ", ".join(filter(None, (kind, "magnetometer" if field else "", CONDITIONS[met].text)))
-        rows.append((name, figures(list(tracked(experiment(kind, grade, runs, seed, workers, field, met), name, runs)))))
-    return table(rows, f"{grade}, seed {seed}: first heading_ready, and the end")
-
-
-def table(rows: list[tuple[str, Figures]], title: str) -> Table:
-    """A row for each kind."""
     out = titled_table(
-        title,
+        f"{grade}, seed {seed}: first heading_ready, and the end",
         "kind",
         "runs | ready | median | 95 % | false | heading rms at the end | stated | z2 | position z2 | tilt z2 after 5 s | at the end",
     )
-    for kind, f in rows:
-        out.add_row(
-            kind, str(f.runs), str(f.ready), after(f.median_s), after(f.late_s), str(f.false), f"{f.rms_end:.3g} deg",
-            f"{f.stated_end:.3g} deg", f"{f.heading_z2:.2f}", "" if np.isnan(f.position_z2) else f"{f.position_z2:.2f}",
-            f"{f.early_tilt_z2:.2f}", f"{f.tilt_z2:.2f}",
-        )  # fmt: skip
+    for kind, field, met in product(kinds, (False, True) if magnetometer else (False,), conditions):
+        name = ", ".join(filter(None, (kind, "magnetometer" if field else "", CONDITIONS[met].text)))
+        f = figures(tracked(experiment(kind, grade, runs, seed, workers, field, met), name, runs))
+        z2 = ("" if np.isnan(f[of]) else f"{f[of]:.2f}" for of in ("heading_z2", "position_z2", "early_tilt_z2", "tilt_z2"))
+        out.add_row(name, str(f["runs"]), str(f["ready"]), after(f["median_s"]), after(f["late_s"]), *_heading(f), *z2)
     return out
+
+
+def _heading(f: dict[str, Any]) -> list[str]:
+    """Of figures: false, root mean square and stated sigma at the end."""
+    return [str(f["false"]), f"{f['rms_end']:.3g} deg", f"{f['stated_end']:.3g} deg"]
 
 
 def north_table(runs: int, seed: int, workers: int) -> Table:
@@ -140,12 +129,12 @@ def north_table(runs: int, seed: int, workers: int) -> Table:
         "ready | median | false | heading rms at the end | stated | z2 | bias over Earth's rate | rms over that",
     )
     for kind, grade in (*((kind, "navigation") for kind in AT_REST), ("rest", "tactical")):
-        f = figures(list(experiment(kind, grade, runs, seed, workers)))
+        f = figures(experiment(kind, grade, runs, seed, workers))
         due = np.degrees(Options("ins", grade).start_sigma_gyro_bias_rad_s / (earth.RATE_RAD_S * np.cos(latitude_at_rest(kind))))
+        z2, over_due = f"{f['heading_z2']:.2f}", f"{f['rms_end'] / due:.2f}"
         out.add_row(
-            kind, grade, f"{f.ready} of {f.runs}", after(f.median_s), str(f.false), f"{f.rms_end:.3g} deg", f"{f.stated_end:.3g} deg",
-            f"{f.heading_z2:.2f}", f"{due:.3g} deg", f"{f.rms_end / due:.2f}",
-        )  # fmt: skip
+            kind, grade, f"{f['ready']} of {f['runs']}", after(f["median_s"]), *_heading(f), z2, f"{due:.3g} deg", over_due
+        )
     return out
 
 
@@ -155,9 +144,8 @@ def tilt_table(runs: int, seed: int, workers: int) -> Table:
     times = " | ".join(f"{after_s:g} s" for after_s in tilted.AFTER_S)
     out = titled_table(title, "kind | grade", f"{times} | all rows | falsely ready")
     for kind, grade in product(tilted.KINDS, INS_PRESETS):
-        of = list(tilted.tilts(kind, grade, runs, seed, workers))
-        z2 = [*np.mean([one.z2 for one in of], axis=0), np.mean([one.mean_z2 for one in of])]
-        out.add_row(kind, grade, *(f"{value:.2f}" for value in z2), f"{100 * np.nanmean([one.false_share for one in of]):.2f} %")
+        *z2, false_share = zip(*tilted.tilts(kind, grade, runs, seed, workers))
+        out.add_row(kind, grade, *(f"{np.mean(values):.2f}" for values in z2), f"{100 * np.nanmean(false_share):.2f} %")
     return out
 
 
@@ -166,13 +154,15 @@ def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
     title = f"{grade}, {runs} cars each, seed {seed}: horizontal error at the end of outages of the satellites"
     out = titled_table(title, "speed of wheels", "lasts | rms | median | worst | z2")
     for name, car in wheels.CARS.items():
-        of = list(wheels.outages(name, grade, runs, seed, workers))
-        for length in sorted({o.length_s for o in of}):
-            error, z2 = np.array([(o.error_m, o.z2) for o in of if o.length_s == length]).T
-            out.add_row(
-                car.text if car else "none", f"{length:g} s", f"{np.sqrt(np.mean(error**2)):.2f} m", f"{np.median(error):.2f} m",
-                f"{error.max():.1f} m", f"{z2.mean():.2f}",
-            )  # fmt: skip
+        for length, of in wheels.outages(name, grade, runs, seed, workers).groupby("length_s"):
+            error = of.error_m
+            cells = (
+                f"{np.sqrt(np.mean(error**2)):.2f} m",
+                f"{error.median():.2f} m",
+                f"{error.max():.1f} m",
+                f"{of.z2.mean():.2f}",
+            )
+            out.add_row(car.text if car else "none", f"{length:g} s", *cells)
     return out
 
 
@@ -184,7 +174,7 @@ def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers:
             out.add_column(column, justify="right", no_wrap=True)
     for kind in kinds:
         figures_of = hindsight.summary(list(hindsight.starts(kind, grade, runs, seed, workers)))
-        for part, name in enumerate(("before it is known", "from then on", "middle of the outage")):
+        for part, name in enumerate(hindsight.PARTS):
             cells = []
             for i, unit in enumerate(("deg", "deg", "m")):
                 before, after, z2, z2_after = (figures_of[who, part, i + place] for place in (0, 3) for who in (0, 1))
@@ -211,17 +201,16 @@ def flight_table(flight: Flight) -> Table:
     none: dict[str, object] = {"start_sigma_latency_s": 0.0}
     for name, options in (("estimated", {}), ("none", none)):
         starts = flight.starts(**options)
-        rms, mean = (np.degrees([getattr(s, figure) for s in starts]) for figure in ("rms", "mean"))
-        ready = np.array([s.ready_s for s in starts])
-        out.add_row(
-            name, f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", f"{mean.mean():+.2f} deg", str(int(np.isfinite(ready).sum())),
-            f"{np.nanmedian(ready):.0f} s", str(sum(s.is_false for s in starts)),
-        )  # fmt: skip
+        rms, mean, ready_s = np.degrees(starts.rms), np.degrees(starts["mean"]), starts.ready_s
+        cells = (f"{rms.median():.2f} deg", f"{rms.max():.2f} deg", f"{mean.mean():+.2f} deg", str(ready_s.count()))
+        out.add_row(name, *cells, f"{ready_s.median():.0f} s", str(starts.is_false.sum()))
     return out
 
 
 def hands_table(folder: Path, workers: int) -> Table:
-    """A row for each source of positions."""
+    """A row for each source of positions. Raises UsageError without trials."""
+    if not trials(folder):
+        raise UsageError(f"--hands {folder}: there is no .hdf5 of a BROAD trial that moves about")
     title = f"{LENGTH_S:g} s of a hand's motion each, consumer preset: the heading"
     out = titled_table(
         title,
@@ -229,12 +218,11 @@ def hands_table(folder: Path, workers: int) -> Table:
         f"minutes | rms of the last {LAST_S:g} s: median | worst | stated | z2 | ready | false | smoothed | whole minute: median | worst | z2",
     )
     for fixes in WAYS:
-        of = list(minutes(folder, fixes, workers))
-        rms, stated, after = np.degrees([(m.rms, m.stated, m.smoothed_rms) for m in of]).T
+        of = minutes(folder, fixes, workers)
+        rms, stated, after = (np.degrees(of[name]) for name in ("rms", "stated", "smoothed_rms"))
         out.add_row(
-            fixes.text, str(len(of)), f"{np.median(rms):.2f} deg", f"{rms.max():.2f} deg", f"{np.median(stated):.2f} deg",
-            f"{np.mean([m.z2 for m in of]):.2f}", str(sum(m.is_ready for m in of)), str(sum(m.is_false for m in of)),
-            str(np.isfinite(after).sum()), f"{np.nanmedian(after):.2f} deg", f"{np.nanmax(after):.2f} deg",
-            f"{np.nanmean([m.smoothed_z2 for m in of]):.2f}",
+            fixes.text, str(len(of)), f"{rms.median():.2f} deg", f"{rms.max():.2f} deg", f"{stated.median():.2f} deg", f"{of.z2.mean():.2f}",
+            str(of.is_ready.sum()), str(of.is_false.sum()), str(after.count()), f"{after.median():.2f} deg", f"{after.max():.2f} deg",
+            f"{of.smoothed_z2.mean():.2f}",
         )  # fmt: skip
     return out

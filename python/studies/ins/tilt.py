@@ -3,38 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from hnav.filters.ins import Ins
-from hnav.native.arrays import Array, BoolArray
-from studies.ins.experiment import DURATIONS_S, EVERY, tilt_errors
+from hnav.native.arrays import BoolArray
+from studies.ins.experiment import DURATIONS_S, EVERY, LARGEST, tilt_errors
 from studies.ins.vehicles import receiver, starts_of, vehicle
 from studies.processes import in_order
 
 AFTER_S = (5.0, 15.0, 30.0, 60.0, 120.0, 180.0, 225.0)
 """After the tilt is found."""
 KINDS = ("train", "hover")
-LARGEST = 100.0
-"""Of one squared normalised error in a mean."""
 
 
-@dataclass(frozen=True)
-class Tilt:
-    """Of one start."""
-
-    z2: Array
-    """Means of the two squared normalised errors, at AFTER_S."""
-    mean_z2: float
-    """Of all rows."""
-    false_share: float
-    """Of the rows with tilt_ready: an error beyond both five sigmas and 1 deg."""
-
-
-def tilt(kind: str, grade: str, seed: int) -> Tilt:
-    """Of the start of this number."""
+def tilt(kind: str, grade: str, seed: int) -> list[float]:
+    """Of the start of this number: means of the two squared normalised errors at AFTER_S and of all rows, and of the rows with tilt_ready the
+    share whose error is beyond both five sigmas and 1 deg."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
     colour_m = receiver(kind).colour_m
     ins = Ins(grade, solver="closed_form", position_colour_m=(colour_m, colour_m))
@@ -45,9 +31,9 @@ def tilt(kind: str, grade: str, seed: int) -> Tilt:
     z2 = np.minimum(np.mean((error / sigma) ** 2, axis=1), LARGEST)
     since_s = run.t_s[found] - run.t_s[found][0]
     false: BoolArray = np.any(np.abs(error) > np.maximum(5 * sigma, np.radians(1)), axis=1, keepdims=True)
-    return Tilt(z2[np.searchsorted(since_s, AFTER_S)], float(z2.mean()), float(false[run.ready[found, 0]].mean()))
+    return [*z2[np.searchsorted(since_s, AFTER_S)], z2.mean(), false[run.ready[found, 0]].mean()]
 
 
-def tilts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Tilt]:
+def tilts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[list[float]]:
     """Of the starts of a seed, in their order."""
     return in_order(partial(tilt, kind, grade), starts_of(seed, runs), workers, 4)

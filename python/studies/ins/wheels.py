@@ -3,12 +3,12 @@ measured."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 
 import numpy as np
+import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from hnav import earth
@@ -48,17 +48,6 @@ CARS = {
 """None: no wheels."""
 
 
-@dataclass(frozen=True)
-class Outage:
-    """The end of one."""
-
-    length_s: float
-    error_m: float
-    """Horizontal."""
-    z2: float
-    """Mean of the squared normalised errors north and east."""
-
-
 def sensed(car: Car, samples: Samples, truth: Truth, rng: np.random.Generator) -> tuple[Array, Array, Array]:
     """Speeds every STEP samples, and the rates and forces of a sensor that is askew."""
     rows = slice(0, None, STEP)
@@ -73,8 +62,9 @@ def sensed(car: Car, samples: Samples, truth: Truth, rng: np.random.Generator) -
     return speed, askew.apply(samples.rate_b_rad_s), askew.apply(samples.force_b_m_s2)
 
 
-def drive(name: str, grade: str, seed: int) -> list[Outage]:
-    """The car of CARS and the start of this number."""
+def drive(name: str, grade: str, seed: int) -> list[tuple[float, float, float]]:
+    """The car of CARS and the start of this number: of the end of each outage its length in s, the horizontal error in m, and the mean of the
+    squared normalised errors north and east."""
     car = CARS[name]
     samples, truth = vehicle("car", grade, seed, LENGTH_S)
     valid, _received, sensor, value = samples.aids.arrays()
@@ -92,9 +82,10 @@ def drive(name: str, grade: str, seed: int) -> list[Outage]:
     off = earth.position_of(run.place[ends]) - truth.position_e[ends]
     off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place[ends]), off)[:, :2]
     z2 = np.mean((off_n / run.sigma_position_m[ends, :2]) ** 2, axis=1)
-    return [Outage(length, float(np.hypot(*off_n[i])), float(z2[i])) for i, (_, length) in enumerate(begins)]
+    return [(length, float(np.hypot(*off_n[i])), float(z2[i])) for i, (_, length) in enumerate(begins)]
 
 
-def outages(name: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Outage]:
+def outages(name: str, grade: str, runs: int, seed: int, workers: int) -> pd.DataFrame:
     """Of the starts of a seed, in their order."""
-    return chain.from_iterable(in_order(partial(drive, name, grade), starts_of(seed, runs), workers, 4))
+    found = in_order(partial(drive, name, grade), starts_of(seed, runs), workers, 4)
+    return pd.DataFrame(chain.from_iterable(found), columns=["length_s", "error_m", "z2"])
