@@ -10,12 +10,12 @@ strengths; that of the force is .01 g; outliers are off by half a field strength
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
 from itertools import product
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 import typer
 from rich.table import Table
 from scipy.spatial.transform import Rotation
@@ -31,16 +31,6 @@ OUTLIERS = (0.0, 0.05, 0.2)
 SAMPLES = 600
 DIP_RAD = np.radians(60)
 FORCE_NOISE, OUTLIER = 0.01, 0.5
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Of one recording: error and what was stated, deg; whether the rotation was given up; the note."""
-
-    error_deg: float
-    stated_deg: float
-    gave_up: bool
-    note: str
 
 
 def attitudes(coverage: str, rng: np.random.Generator) -> Rotation:
@@ -64,8 +54,8 @@ def sphere(points: int = 500) -> np.ndarray:
     return np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
 
 
-def answer(coverage: str, noise: float, outliers: float, seed: int) -> Answer | None:
-    """None where the calibration is refused."""
+def answer(coverage: str, noise: float, outliers: float, seed: int) -> dict[str, Any] | None:
+    """Of one recording: error_deg and what was stated, gave_up: whether the rotation was given up, the note; None where the calibration is refused."""
     rng = np.random.default_rng(seed)
     soft = 0.1 * rng.normal(size=(3, 3))
     distortion = Rotation.from_rotvec(0.02 * rng.normal(size=3)).as_matrix() @ (np.eye(3) + 0.5 * (soft + soft.T))
@@ -84,29 +74,20 @@ def answer(coverage: str, noise: float, outliers: float, seed: int) -> Answer | 
     true = sphere()
     corrected = found.apply(true @ distortion.T + offset)
     angles = np.arctan2(np.linalg.norm(np.cross(corrected, true), axis=1), np.sum(corrected * true, axis=1))
-    return Answer(
-        float(np.degrees(np.sqrt(np.mean(angles**2)))),
-        float(np.degrees(found.direction_sigma_rad)),
-        found.fit != "full",
-        found.note,
-    )
+    stated_deg = float(np.degrees(found.direction_sigma_rad))
+    error_deg = float(np.degrees(np.sqrt(np.mean(angles**2))))
+    return {"error_deg": error_deg, "stated_deg": stated_deg, "gave_up": found.fit != "full", "note": found.note}
 
 
-def row(answers: Iterable[Answer | None]) -> tuple[str, ...]:
+def row(answers: Sequence[dict[str, Any] | None]) -> tuple[str, ...]:
     """answered, without rotation, error and stated error (rms), and covered."""
-    everything = list(answers)
-    given = [a for a in everything if a is not None]
-    if not given:
-        return f"0 of {len(everything)}", "", "", "", "", ""
-    error, stated = (np.array([getattr(a, name) for a in given]) for name in ("error_deg", "stated_deg"))
-    return (
-        f"{len(given)} of {len(everything)}",
-        str(sum(a.gave_up for a in given)),
-        f"{np.sqrt(np.mean(error**2)):.2f}",
-        f"{error.max():.2f}",
-        f"{np.sqrt(np.mean(stated**2)):.2f}",
-        f"{np.mean(error <= stated):.0%}",
-    )
+    given = pd.DataFrame([found for found in answers if found])
+    answered = f"{len(given)} of {len(answers)}"
+    if given.empty:
+        return answered, "", "", "", "", ""
+    rms = np.sqrt(np.mean(given[["error_deg", "stated_deg"]] ** 2, axis=0))
+    covered = f"{np.mean(given.error_deg <= given.stated_deg):.0%}"
+    return answered, str(given.gave_up.sum()), f"{rms.iloc[0]:.2f}", f"{given.error_deg.max():.2f}", f"{rms.iloc[1]:.2f}", covered
 
 
 def command(
@@ -116,7 +97,7 @@ def command(
     """Calibrates simulated recordings and compares the error that is stated with the true one."""
     columns = ("coverage", "noise", "outliers", "answered", "no rotation", "error deg", "largest", "stated deg", "covered")
     table = Table(*columns, title=f"{recordings} recordings each, seeds from {seed}")
-    done: list[Answer | None] = []
+    done: list[dict[str, Any] | None] = []
     for coverage, noise, outliers in tracked(list(product(COVERAGES, NOISES, OUTLIERS)), "coverage, noise and outliers"):
         answers = [answer(coverage, noise, outliers, seed + k) for k in range(recordings)]
         done += answers
@@ -125,4 +106,4 @@ def command(
     table.add_section()
     table.add_row("all", "", "", *row(done))
     show(table, width=120)
-    say(f"not listed: all refused; answers with an empty note: {sum(a is not None and not a.note for a in done)}")
+    say(f"not listed: all refused; answers with an empty note: {sum(a is not None and not a['note'] for a in done)}")

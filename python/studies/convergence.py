@@ -13,10 +13,10 @@ navigation grade, and it has 600 s.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -59,22 +59,10 @@ FILTERS = (*HREKF, "AHRS", *PEERS)
 AT_REST = "INS at rest"
 REST_S, REST_HZ, LATITUDE_RAD = 600.0, 10.0, np.radians(45.0)
 COLOURS = {"UKF": INK, AT_REST: FAINT, "multiplicative EKF": SKY}  # the others have those of the default cycle
+Case = tuple[str, float, float]
+"""Filter, heading error of the start and claimed sigma, deg."""
 LEVEL_RAD = 0.01  # stated standard deviation of the INS's tilt at the start
 EARTH_RAD_S, G_M_S2 = 7.292115e-5, 9.80620  # at that latitude
-
-
-class Times(NamedTuple):
-    """Of one filter, start error and claim, over the seeds: seconds until the error is below the limit, infinite for never."""
-
-    filter: str
-    error_deg: float
-    claim_deg: float
-    seconds: np.ndarray
-
-    @property
-    def never(self) -> float:
-        """Share of the runs that do not converge."""
-        return float(np.mean(np.isinf(self.seconds)))
 
 
 def settles(error_deg: np.ndarray, rate_hz: float = RATE_HZ) -> float:
@@ -138,39 +126,28 @@ def at_rest(seed: int, error_deg: float, claim_deg: float) -> np.ndarray:
     return attitude_error_deg(Ins(options).run(t, rate, force, check=False).q_nb, attitude)
 
 
-def converge(case: tuple[str, float, float], seeds: int) -> Times:
+def converge(case: Case, seeds: int) -> np.ndarray:
+    """Of one filter, start error and claim, over the seeds: seconds until the error is below the limit, infinite for never."""
     name, error_deg, claim_deg = case
     if name == AT_REST:
-        return Times(*case, np.array([settles(at_rest(seed, error_deg, claim_deg), REST_HZ) for seed in range(seeds)]))
+        return np.array([settles(at_rest(seed, error_deg, claim_deg), REST_HZ) for seed in range(seeds)])
     runs = runs_of(seeds)
     starts = [start_of(run, seed, error_deg) for seed, run in enumerate(runs)]
     errors = (theirs if name in PEERS else ours)(name, runs, starts, claim_deg)
-    return Times(name, error_deg, claim_deg, np.array([settles(e) for e in errors]))
+    return np.array([settles(e) for e in errors])
 
 
-def cell(times: Times) -> str:
-    """Median, worst, and the share that never converges."""
-    never = f", {100 * times.never:.0f} %" if times.never else ""
-    return f"{shown(float(np.median(times.seconds)))}, {shown(times.seconds.max())}{never}"
+def cell(seconds: np.ndarray) -> str:
+    """Median, worst, and the share of the runs that never converges."""
+    never = 100 * np.mean(np.isinf(seconds))
+    return f"{shown(float(np.median(seconds)))}, {shown(seconds.max())}" + (f", {never:.0f} %" if never else "")
 
 
-def rest_table(found: Sequence[Times], seeds: int) -> Table:
-    title = f"INS at rest, navigation grade: the same by the claimed sigma, within {REST_S:g} s; {seeds} seeds"
+def times_table(found: Mapping[Case, np.ndarray], rows: Mapping[str, tuple[str, float]], title: str) -> Table:
+    """rows: filter and claim by the name of a row."""
     table = Table("", *(f"{error:g} deg" for error in ERRORS_DEG), title=title)
-    for claim in CLAIMS_DEG:
-        table.add_row(f"claimed {claim:g} deg", *(cell(t) for t in found if t.filter == AT_REST and t.claim_deg == claim))
-    return table
-
-
-def times_table(found: Sequence[Times], claim_deg: float, seeds: int) -> Table:
-    title = f"claimed sigma {claim_deg:g} deg: median s until the error is below {LIMIT_DEG:g} deg, worst, share that never is; {seeds} seeds"
-    table = Table("", *(f"{error:g} deg" for error in ERRORS_DEG), title=title)
-    for name in FILTERS:
-        cells = [
-            cell(next(t for t in found if (t.filter, t.error_deg, t.claim_deg) == (name, error, claim_deg)))
-            for error in ERRORS_DEG
-        ]
-        table.add_row(name, *cells)
+    for name, (filter, claim) in rows.items():
+        table.add_row(name, *(cell(found[filter, error, claim]) for error in ERRORS_DEG))
     return table
 
 
@@ -178,18 +155,18 @@ def shown(seconds: float) -> str:
     return "-" if np.isinf(seconds) else f"{seconds:.2f}"
 
 
-def draw(found: Sequence[Times]) -> Any:
+def draw(found: Mapping[Case, np.ndarray]) -> Any:
     """Median time over the start's heading error, a panel for each claim; a filter whose median never converges ends its line."""
     picture = figure(720, 1080)
     picture.set_layout_engine("constrained")
     axes = picture.subplots(len(CLAIMS_DEG), 1, sharex=True, sharey=True)
     for ax, claim in zip(axes, CLAIMS_DEG):
         for name in (*FILTERS, AT_REST):
-            rows = [t for t in found if t.filter == name and t.claim_deg == claim]
-            middle = np.array([np.median(t.seconds) for t in rows])
+            errors = [error for filter, error, claimed in found if (filter, claimed) == (name, claim)]
+            middle = np.array([np.median(found[name, error, claim]) for error in errors])
             seconds = np.where(np.isinf(middle), np.nan, np.maximum(middle, 1 / RATE_HZ))
             style = "--" if name in PEERS else ":" if name == AT_REST else "-"
-            ax.plot([t.error_deg for t in rows], seconds, style, marker=".", label=name, linewidth=2, color=COLOURS.get(name))
+            ax.plot(errors, seconds, style, marker=".", label=name, linewidth=2, color=COLOURS.get(name))
         ax.set_title(f"claimed {claim:g} deg: median s until below {LIMIT_DEG:g} deg", fontsize=14)
         ax.set_yscale("log")
         ax.tick_params(labelsize=13)
@@ -206,8 +183,10 @@ def command(
 ) -> None:
     """Time to 3 deg over the heading error of the start and the stated sigma."""
     cases = [(name, error, claim) for claim in CLAIMS_DEG for name in (*FILTERS, AT_REST) for error in ERRORS_DEG]
-    found = list(in_order(partial(converge, seeds=seeds), cases, workers))
+    found = dict(zip(cases, in_order(partial(converge, seeds=seeds), cases, workers)))
     for claim in CLAIMS_DEG:
-        show(times_table(found, claim, seeds), width=170)
-    show(rest_table(found, seeds), width=170)
+        title = f"claimed sigma {claim:g} deg: median s until the error is below {LIMIT_DEG:g} deg, worst, share that never is; {seeds} seeds"
+        show(times_table(found, {name: (name, claim) for name in FILTERS}, title), width=170)
+    title = f"INS at rest, navigation grade: the same by the claimed sigma, within {REST_S:g} s; {seeds} seeds"
+    show(times_table(found, {f"claimed {claim:g} deg": (AT_REST, claim) for claim in CLAIMS_DEG}, title), width=170)
     draw_into(picture, draw, found)

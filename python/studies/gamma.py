@@ -10,12 +10,12 @@ beside the largest gamma^2 that was used.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 import typer
 from scipy.spatial.transform import Rotation
 
@@ -36,19 +36,6 @@ RATES_1_S = (0.03, 0.1, 0.3, 0.75, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0)
 MODES = ("relative", "kl")
 ERROR_DEG, CLAIM_DEG = 135.0, 5.0
 RECORDED_S = 5.0  # of each run: the reference that records the gains is slow
-
-
-class Law(NamedTuple):
-    """Of one mode and rate, over the seeds."""
-
-    mode: str  # off: the HEKF, at rate 0
-    rate_1_s: float
-    rmse_deg: float
-    sigma_deg: float
-    seconds: float  # median until below 3 deg; infinite for never
-    attenuation: float  # median
-    worst: float  # largest
-    gamma_squared: float  # the smallest of the seeds; infinite where off
 
 
 def options_of(mode: str, rate_1_s: float, start: Rotation, claim_rad: float) -> Options:
@@ -73,7 +60,9 @@ def ratio(run: Run, options: Options) -> tuple[float, float]:
     return found, max(c.gamma for c in record.corrections) ** 2
 
 
-def measured(case: tuple[str, float], seeds: int) -> Law:
+def measured(case: tuple[str, float], seeds: int) -> dict[str, Any]:
+    """Of one mode (off: the HEKF) and rate, over the seeds: error and sigma in deg, seconds until below 3 deg, attenuation and its largest,
+    and the smallest gamma^2 of the seeds; infinite for never and for off."""
     mode, rate = case
     runs = runs_of(seeds)
     errors, sigmas, seconds, ratios = [], [], [], []
@@ -88,11 +77,14 @@ def measured(case: tuple[str, float], seeds: int) -> Law:
         seconds.append(settles(attitude_error_deg(far.run(run.t_s, run.rate, run.force, run.field).q_nb, run.attitude)))
         ratios.append(ratio(run, chosen))
     attenuations, bounds = np.array(ratios).T
-    return Law(mode, rate, float(np.sqrt(np.mean(errors))), float(np.sqrt(np.mean(sigmas))), float(np.median(seconds)),
-               float(np.median(attenuations)), float(attenuations.max()), float(bounds.min()))  # fmt: skip
+    rmse_deg, sigma_deg = (float(np.sqrt(np.mean(squares))) for squares in (errors, sigmas))
+    return {
+        "mode": mode, "rate_1_s": rate, "rmse_deg": rmse_deg, "sigma_deg": sigma_deg, "ratio": rmse_deg / sigma_deg,
+        "seconds": np.median(seconds), "attenuation": np.median(attenuations), "worst": attenuations.max(), "gamma_squared": bounds.min(),
+    }  # fmt: skip
 
 
-def draw(found: Sequence[Law]) -> Any:
+def draw(found: pd.DataFrame) -> Any:
     """Three panels over the rate: error and sigma, time to converge, attenuation and its bound; dotted: without the law."""
     picture = figure(720, 1150)
     picture.set_layout_engine("constrained")
@@ -107,18 +99,15 @@ def draw(found: Sequence[Law]) -> Any:
         "median s until below 3 deg",
         "attenuation: error energy over disturbance energy",
     )
-    off = next(law for law in found if law.mode == "off")
+    off = found[found["mode"] == "off"].iloc[0]
     for ax, title, lines in zip(panels, titles, shown):
         for name, label, colour in lines:
             for mode, style in zip(MODES, ("-", "--")):
-                laws = [law for law in found if law.mode == mode]
-                values = np.array([getattr(law, name) for law in laws])
-                known = np.where(np.isfinite(values), values, np.nan)
-                ax.plot(
-                    [law.rate_1_s for law in laws], known, style, marker=".", color=colour, label=f"{label}, {mode}", linewidth=2
-                )
-            if np.isfinite(getattr(off, name)):
-                ax.axhline(getattr(off, name), color=colour, linestyle=":", linewidth=1.5)
+                laws = found[found["mode"] == mode]
+                known = laws[name].where(np.isfinite(laws[name]))
+                ax.plot(laws.rate_1_s, known, style, marker=".", color=colour, label=f"{label}, {mode}", linewidth=2)
+            if np.isfinite(off[name]):
+                ax.axhline(off[name], color=colour, linestyle=":", linewidth=1.5)
         ax.set_title(title, fontsize=14)
         ax.set_xscale("log")
         ax.tick_params(labelsize=13)
@@ -140,21 +129,12 @@ def command(
 ) -> None:
     """Error, stated sigma, convergence and attenuation over the rate of the robust law."""
     cases = [("off", 0.0), *((mode, rate) for mode in MODES for rate in RATES_1_S)]
-    found = list(in_order(partial(measured, seeds=seeds), cases, workers))
+    found = pd.DataFrame(in_order(partial(measured, seeds=seeds), cases, workers))
     table = titled_table(
         f"the robust law by its rate; {seeds} seeds", "law | rate, 1/s",
         "error, deg | sigma, deg | error/sigma | s to 3 deg | attenuation | largest | gamma^2",
     )  # fmt: skip
-    for law in found:
-        figures = (
-            law.rmse_deg,
-            law.sigma_deg,
-            law.rmse_deg / law.sigma_deg,
-            law.seconds,
-            law.attenuation,
-            law.worst,
-            law.gamma_squared,
-        )
-        table.add_row(law.mode, f"{law.rate_1_s:g}", *("-" if np.isinf(value) else f"{value:.3g}" for value in figures))
+    for mode, rate, *figures in found.itertuples(index=False):
+        table.add_row(mode, f"{rate:g}", *("-" if np.isinf(value) else f"{value:.3g}" for value in figures))
     show(table, width=120)
     draw_into(picture, draw, found)

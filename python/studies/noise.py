@@ -7,7 +7,6 @@ Then one sensor of each grade by recordings of ten minutes and of six hours, and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -48,27 +47,16 @@ def at_rest(seed: int, grade: str, duration_s: float, rate_hz: float = 100.0) ->
     return Recording(grade, np.arange(n) / rate_hz, noise(rng, n, 1 / rate_hz, *GRADES[grade]) + 0.01, force)
 
 
-@dataclass(frozen=True)
-class Bounds:
-    """Of one parameter of a grade, over sensors and axes."""
-
-    held: float
-    """Share of the true values that lie within 95 %."""
-    stated: float
-    """Share of which more than an upper limit is stated."""
-    ratio: float
-    """Median of the estimates over the true value."""
-
-
-def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, Bounds]:
-    """By name of the parameter."""
+def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, tuple[float, float, float]]:
+    """By name of the parameter, over sensors and axes: shares of the true values that lie within 95 % and of those of which more than an upper
+    limit is stated, and the median of the estimates over the true value."""
     found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):
         low, high, value, stated = (
             np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_measured")
         )
-        made[name] = Bounds(float(np.mean((low <= true) & (true <= high))), float(stated.mean()), float(np.median(value) / true))
+        made[name] = float(np.mean((low <= true) & (true <= high))), float(stated.mean()), float(np.median(value) / true)
     return made
 
 
@@ -98,8 +86,8 @@ def command(
     with bar() as progress:
         task = progress.add_task("grades", total=len(GRADES))
         for grade in GRADES:
-            for name, of in bounds(grade, sensors, 60 * minutes).items():
-                table.add_row(grade, name, f"{of.held:.1%}", f"{of.stated:.0%}", f"{of.ratio:.2f}")
+            for name, (held, stated, ratio) in bounds(grade, sensors, 60 * minutes).items():
+                table.add_row(grade, name, f"{held:.1%}", f"{stated:.0%}", f"{ratio:.2f}")
             progress.advance(task)
     show(table)
     show(by_length())

@@ -15,7 +15,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -131,23 +131,9 @@ def recorded(rng: np.random.Generator, hours: float) -> dict[str, Array]:
     return dict(zip(names, np.array(rows, float).T))
 
 
-@dataclass(frozen=True)
-class Result:
-    """Of one recording."""
-
-    nis: tuple[float, ...]
-    """Of each sensor, in the mean, with tuned noises."""
-    late_s: tuple[float, ...]
-    """How late each lid was found."""
-    long_s: tuple[float, ...]
-    """How much longer than it was open it was away."""
-    missed: int
-    false: int
-    """Of G_box away without a lid."""
-
-
-def observed(plan: Plan, columns: dict[str, Array], hours: float, tuned: bool = True) -> Result:
-    """One recording."""
+def observed(plan: Plan, columns: dict[str, Array], hours: float, tuned: bool = True) -> dict[str, Any]:
+    """Of one recording: nis of each sensor, in the mean, with tuned noises; late_s, long_s: how late each lid was found, and how much longer than it
+    was open G_box was away; lids that were missed, and times that it was away without one (false)."""
     t_s = columns["time"]
     sensors = {name: columns[name] for name in plan.sensors}
     inputs = {name: columns[known.column] for name, known in plan.inputs.items()}
@@ -163,8 +149,8 @@ def observed(plan: Plan, columns: dict[str, Array], hours: float, tuned: bool = 
         if at:
             late.append(away[at[0]].start_s - start)
             long.append(away[at[-1]].end_s - end)
-    nis = tuple(float(np.nanmean(values)) for values in run.nis.values())
-    return Result(nis, tuple(late), tuple(long), len(lids(hours)) - len(late), len(away) - len(hits))
+    nis = [float(np.nanmean(values)) for values in run.nis.values()]
+    return {"nis": nis, "late_s": late, "long_s": long, "missed": len(lids(hours)) - len(late), "false": len(away) - len(hits)}
 
 
 def plan_of_model(folder: Path) -> tuple[str, Plan]:
@@ -204,15 +190,12 @@ def command(
     with TemporaryDirectory() as folder:
         name, plan = plan_of_model(Path(folder))
         results = [observed(plan, recorded(np.random.default_rng(seed), hours), hours) for seed in range(runs)]
-    nis = np.array([result.nis for result in results])
-    late, long = ([value for result in results for value in getattr(result, of)] for of in ("late_s", "long_s"))
-    found, missed = len(late), sum(result.missed for result in results)
-    table.add_row(
-        name, f"{nis.min():.2f} to {nis.max():.2f}", str(found + missed), str(found), _range(late), _range(long),
-        str(sum(result.false for result in results)),
-    )  # fmt: skip
+    nis, late, long = (np.concatenate([result[of] for result in results]) for of in ("nis", "late_s", "long_s"))
+    missed, false = (sum(result[of] for result in results) for of in ("missed", "false"))
+    found = f"{nis.min():.2f} to {nis.max():.2f}", str(len(late) + missed), str(len(late))
+    table.add_row(name, *found, _range(late), _range(long), str(false))
     show(table)
 
 
-def _range(values: list[float]) -> str:
-    return f"{min(values):.0f} to {max(values):.0f}" if values else "-"
+def _range(values: Array) -> str:
+    return f"{values.min():.0f} to {values.max():.0f}" if len(values) else "-"

@@ -32,16 +32,16 @@ def box(tmp_path_factory):
 def test_an_opened_lid_is_found(box):
     columns = thermal_box.recorded(np.random.default_rng(3), HOURS)
     result = thermal_box.observed(read_plan(box / "plan.toml"), columns, HOURS, tuned=False)
-    assert (result.missed, result.false) == (0, 0)
-    assert 0 <= result.late_s[0] < 20 and 0 <= result.long_s[0] < 40
+    assert (result["missed"], result["false"]) == (0, 0)
+    assert 0 <= result["late_s"][0] < 20 and 0 <= result["long_s"][0] < 40
 
 
 def test_the_same_as_an_fmu_with_tuned_noises(plants, tmp_path):
     """Noise of the heater would explain these samples better than the lid; the tuned plan still has to find the lid."""
     columns = thermal_box.recorded(np.random.default_rng(0), 2.0)
     result = thermal_box.observed(thermal_box.plan_of_model(tmp_path)[1], columns, 2.0)
-    assert (len(result.late_s), result.missed, result.false) == (3, 0, 0)
-    assert all(0.8 < nis < 1.2 for nis in result.nis)
+    assert (len(result["late_s"]), result["missed"], result["false"]) == (3, 0, 0)
+    assert all(0.8 < nis < 1.2 for nis in result["nis"])
 
 
 def test_the_command_names_the_interval(box):

@@ -1,10 +1,11 @@
 """The study of the calibration's stated error: a short sample of it, and its figures."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from command_line import answered
-from studies.calibration import COVERAGES, Answer, answer, attitudes, row
+from studies.calibration import COVERAGES, answer, attitudes, row
 from studies.command import main_of
 
 main = main_of("calibration")
@@ -15,11 +16,12 @@ SHORT = [(c, noise, outliers) for c in COVERAGES for noise, outliers in ((0.002,
 def test_nine_of_ten_errors_are_below_the_stated_one_and_no_note_is_empty():
     answers = [found for case in SHORT for seed in range(500, 508) if (found := answer(*case, seed)) is not None]
     assert len(answers) > 80
-    assert np.mean([a.error_deg <= a.stated_deg for a in answers]) >= 0.9
-    assert max(a.error_deg for a in answers) < 3 and all(a.note for a in answers)
+    found = pd.DataFrame(answers)
+    covered = found.error_deg <= found.stated_deg
+    assert covered.mean() >= 0.9
+    assert found.error_deg.max() < 3 and found.note.all()
     # Where the rotation was given up its error is stated too: it is the larger part.
-    given_up = [a for a in answers if a.gave_up]
-    assert given_up and np.mean([a.error_deg <= a.stated_deg for a in given_up]) >= 0.7
+    assert covered[found.gave_up].mean() >= 0.7
 
 
 def test_one_axis_and_little_tilt_are_refused():
@@ -36,7 +38,7 @@ def test_attitudes_have_the_tilt_that_they_are_called_by(coverage):
 
 
 def test_a_row_says_shares_and_root_mean_squares():
-    found = [Answer(0.3, 0.4, False, "a"), None, Answer(0.4, 0.3, True, "b")]
+    found = [dict(error_deg=0.3, stated_deg=0.4, gave_up=False), None, dict(error_deg=0.4, stated_deg=0.3, gave_up=True)]
     assert row(found) == ("2 of 3", "1", "0.35", "0.40", "0.35", "50%")
     assert row([None, None])[0] == "0 of 2"
 

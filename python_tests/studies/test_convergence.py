@@ -1,6 +1,7 @@
 """Convergence and the filters of the literature: errors from a start within the assumed covariance, and from one outside it."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -9,14 +10,12 @@ from studies import gamma
 from studies.command import main_of
 from studies.convergence import (
     AT_REST,
-    CLAIMS_DEG,
     ERRORS_DEG,
     FILTERS,
-    Times,
     at_rest,
+    cell,
     converge,
     draw,
-    rest_table,
     settles,
     times_table,
 )
@@ -71,29 +70,33 @@ def test_converged_is_a_second_below_the_limit():
 
 
 def test_the_times_become_a_table_and_a_picture():
-    found = [converge((name, error, claim), 2) for name in FILTERS for error in (5.0,) for claim in (5.0,)]
-    assert {t.filter for t in found if np.isfinite(t.seconds).all()} >= set(PEERS) | {"HEKF"}
+    found = {(name, 5.0, 5.0): converge((name, 5.0, 5.0), 2) for name in FILTERS}
+    assert {name for (name, _, _), seconds in found.items() if np.isfinite(seconds).all()} >= set(PEERS) | {"HEKF"}
     assert len(draw(found).axes) == 3
-    with pytest.raises(StopIteration):
-        times_table(found, 30.0, 2)
+    with pytest.raises(KeyError):
+        times_table(found, {"HEKF": ("HEKF", 30.0)}, "")
 
 
 def test_the_rate_of_the_earth_corrects_a_heading_at_rest():
     """Half a degree per minute across the heading: slow, and to far less than the limit."""
     error = at_rest(1, 90.0, 100.0)
     assert error[0] == pytest.approx(90, abs=3) and 20 < settles(error, 10.0) < 120 and error[-600:].max() < 1
-    found = [Times(AT_REST, e, c, np.array([1.0, np.inf])) for c in CLAIMS_DEG for e in ERRORS_DEG]
-    assert rest_table(found, 2).row_count == len(CLAIMS_DEG)
+    found = {(AT_REST, e, 5.0): np.array([1.0, np.inf]) for e in ERRORS_DEG}
+    assert times_table(found, {"": (AT_REST, 5.0)}, "").row_count == 1 and cell(found[AT_REST, 5.0, 5.0]) == "-, -, 50 %"
 
 
 def test_gamma_is_shown_between_the_filter_without_it_and_one_that_follows_noise():
-    off, some, much = (gamma.measured(case, 2) for case in (("off", 0.0), ("relative", 1.5), ("relative", 20.0)))
-    assert off.rmse_deg < some.rmse_deg < much.rmse_deg and off.sigma_deg < some.sigma_deg < much.sigma_deg
-    assert some.seconds < off.seconds < much.seconds
-    for law in (some, much):
-        assert 0 < law.attenuation <= law.worst < law.gamma_squared
-    assert np.isinf(off.gamma_squared)
-    assert len(gamma.draw([off, some, much, some._replace(mode="kl")]).axes) == 3
+    found = pd.DataFrame([gamma.measured(case, 2) for case in (("off", 0.0), ("relative", 1.5), ("relative", 20.0))])
+    assert found.rmse_deg.is_monotonic_increasing and found.sigma_deg.is_monotonic_increasing
+    assert found.seconds[1] < found.seconds[0] < found.seconds[2]
+    robust = found[1:]
+    assert (
+        (robust.attenuation > 0).all()
+        and (robust.attenuation <= robust.worst).all()
+        and (robust.worst < robust.gamma_squared).all()
+    )
+    assert np.isinf(found.gamma_squared[0])
+    assert len(gamma.draw(pd.concat([found, robust.assign(mode="kl")])).axes) == 3
 
 
 def test_a_wrong_count_is_one_line():

@@ -43,10 +43,10 @@ def test_a_peer_that_matches_takes_noise_for_noise():
 def test_joint_hypotheses_are_near_the_best_of_all_and_blame_no_healthy_channel(case):
     scores = scores_of(PLANE, CASES[case], 20, 11)
     ours = scores.pop(OURS)
-    assert ours.ratio < 1.06 * min(score.ratio for score in scores.values())
-    assert ours.nees < 2
-    assert ours.noise_alarms < 0.02 and ours.bias_alarms < 0.02
-    assert ours.process_alarms > 0.3 if case == "process noise x3" else ours.process_alarms < 0.15
+    assert ours["ratio"] < 1.06 * min(score["ratio"] for score in scores.values())
+    assert ours["nees"] < 2
+    assert ours["noise_alarms"] < 0.02 and ours["bias_alarms"] < 0.02
+    assert ours["process_alarms"] > 0.3 if case == "process noise x3" else ours["process_alarms"] < 0.15
 
 
 def test_the_tables_print_themselves():

@@ -132,7 +132,7 @@ def test_the_sigma_of_heading_is_judged_whether_the_filter_became_ready_or_not()
     assert len(outcome.heading_z2) == 3 and np.isfinite(outcome.heading_z2).all()
     unready = judge(0, "ahrs", {"ready_undisturbed_s": "1e6"})
     assert not unready.ready and unready.heading_z2 == outcome.heading_z2
-    assert figures([outcome, unready]).heading_z2 == pytest.approx(outcome.heading_z2)
+    assert figures([outcome, unready])["heading_z2"] == pytest.approx(outcome.heading_z2)
 
 
 # ------------------------------------------------------------------------------------------ the figures
@@ -156,15 +156,15 @@ def test_wrong_before_the_field_is_true_is_counted_apart():
 def test_shares_and_times_of_a_group_are_counted():
     group = [start(ready_s=s, error=e) for s, e in ((1, 1), (2, 2), (3, 60), (np.nan, np.nan))]
     found = figures(group)
-    assert (found.starts, found.wrong_share, found.never_share) == (4, 0.25, 0.25)
-    assert (found.median_s, found.median_error_deg) == (2, 2)
-    assert found.late_s == pytest.approx(2.9)
-    assert found.wrong_low < 0.25 < found.wrong_high
+    assert (found["starts"], found["wrong_share"], found["never_share"]) == (4, 0.25, 0.25)
+    assert (found["median_s"], found["median_error_deg"]) == (2, 2)
+    assert found["late_s"] == pytest.approx(2.9)
+    assert found["wrong_low"] < 0.25 < found["wrong_high"]
 
 
 def test_a_group_that_is_never_ready_has_no_times():
     found = figures([start(ready_s=np.nan, error=np.nan)])
-    assert found.never_share == 1 and np.isnan(found.median_s)
+    assert found["never_share"] == 1 and np.isnan(found["median_s"])
 
 
 # ------------------------------------------------------------------------------------------ the command

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from hnav.reports import colours, plots
 from studies.bench.contenders import Contender
-from studies.bench.rows import Line
 
 GREY, DARK_GREY, LIGHT_BLUE = "#C9CDD2", "#8E959D", "#8FC3E3"
 OUT_OF_SCALE = 4.0  # times the median of all bars
 GAP = 0.55  # of a row, between those that use later samples and the others
 
 
-def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: bool = True) -> plots.Figure:
+def draw_benchmark(lines: Sequence[Any], entered: Sequence[Contender], times: bool = True) -> plots.Figure:
     """One row a filter, best first: mean total error in deg, undisturbed and disturbed trials apart, beside the time per
     sample in microseconds on a logarithmic axis. hnav's filters in blue, others' in grey; those that use later samples
     are set apart by a line, times that are mostly Python's have hollow points. times=False leaves the times out."""
@@ -47,7 +47,7 @@ def draw_benchmark(lines: Sequence[Line], entered: Sequence[Contender], times: b
     return fig
 
 
-def _ranked(lines: Sequence[Line], entered: Sequence[Contender], offline: bool) -> list[Line]:
+def _ranked(lines: Sequence[Any], entered: Sequence[Contender], offline: bool) -> list[Any]:
     """The lines of those that use later samples, or do not, best first."""
     names = {contender.name for contender in entered if contender.offline is offline}
     return sorted((line for line in lines if line.filter in names), key=lambda line: line.total_deg)
@@ -60,7 +60,7 @@ def _draw_divide(panels: Sequence[plots.Axes], y: float) -> None:
                     ha="right", va="top", fontsize=8, color=colours.FAINT, style="italic")  # fmt: skip
 
 
-def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours: set[str]) -> None:
+def _draw_errors(axes: plots.Axes, lines: Sequence[Any], place: np.ndarray, ours: set[str]) -> None:
     shown = [
         ("undisturbed", -0.19, [line.undisturbed_deg for line in lines]),
         ("disturbed", 0.19, [line.disturbed_deg for line in lines]),
@@ -90,7 +90,7 @@ def _draw_errors(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, our
     plots.legend_above(axes)
 
 
-def _draw_times(axes: plots.Axes, lines: Sequence[Line], place: np.ndarray, ours: set[str], looped: set[str]) -> None:
+def _draw_times(axes: plots.Axes, lines: Sequence[Any], place: np.ndarray, ours: set[str], looped: set[str]) -> None:
     times_us = np.array([line.us_per_sample for line in lines])
     low, high = 10 ** np.floor(np.log10(np.nanmin(times_us))), 10 ** np.ceil(np.log10(np.nanmax(times_us)) + 0.15)
     for y, time_us, line in zip(place, times_us, lines):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from hnav.io.readers.broad import is_disturbed
 from hnav.io.recordings import Recording
@@ -39,28 +40,6 @@ class Row:
     tilt_wrong: float = math.nan  # share in which tilt is ready and more than 3 deg off
     heading_ready: float = math.nan
     heading_wrong: float = math.nan  # heading is ready and more than 10 deg off
-
-
-@dataclass(frozen=True)
-class Line:
-    """Means over the trials of one filter in one set; NaN without trials."""
-
-    set: str
-    filter: str
-    total_deg: float
-    heading_deg: float
-    inclination_deg: float
-    undisturbed_deg: float
-    disturbed_deg: float
-    nees_per_axis: float
-    us_per_sample: float
-    trials: int
-    failures: int
-    tilt_z2: float
-    tilt_ready: float
-    tilt_wrong: float
-    heading_ready: float
-    heading_wrong: float
 
 
 HONESTY = ("tilt_z2", "tilt_ready", "tilt_wrong", "heading_ready", "heading_wrong")
@@ -149,24 +128,14 @@ def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
 # --------------------------------------------------------------------------------------------- results
 
 
-def summary(rows: Iterable[Row]) -> list[Line]:
-    """One line for each set and filter, in the order of the rows; plain means over the trials that did not fail."""
-    groups: dict[tuple[str, str], list[Row]] = {}
-    for row in rows:
-        groups.setdefault((row.set, row.filter), []).append(row)
-    return [_line(set_name, name, group) for (set_name, name), group in groups.items()]
-
-
-def _line(set_name: str, name: str, rows: list[Row]) -> Line:
-    good = [row for row in rows if not row.failure]
-
-    def mean(column: str, keep: Callable[[Row], bool] = lambda row: True, middle: Callable[..., Any] = np.mean) -> float:
-        values = [value for row in good if keep(row) and not math.isnan(value := getattr(row, column))]
-        return float(middle(values)) if values else math.nan
-
-    return Line(
-        set_name, name, mean("total_deg"), mean("heading_deg"), mean("inclination_deg"),
-        mean("total_deg", lambda row: not row.disturbed), mean("total_deg", lambda row: row.disturbed),
-        mean("nees_per_axis"), mean("us_per_sample", middle=np.median), len(good), len(rows) - len(good),
-        *(mean(name) for name in HONESTY),
-    )  # fmt: skip
+def summary(rows: Iterable[Row]) -> list[Any]:
+    """A line with the names of a row for each set and filter, in the order of the rows: plain means over the trials that did not fail, the
+    median of the time, undisturbed_deg and disturbed_deg of such trials alone, and how many trials and failures; NaN without trials."""
+    table = pd.DataFrame(map(vars, rows))
+    table["undisturbed_deg"] = table.total_deg.where(~table.disturbed)
+    table["disturbed_deg"] = table.total_deg.where(table.disturbed)
+    table["failures"], table["trials"] = table.failure != "", table.failure == ""
+    groups = table.groupby(["set", "filter"], sort=False)
+    lines = groups.mean(numeric_only=True).drop(columns=["disturbed", "missing"])
+    lines = lines.assign(us_per_sample=groups.us_per_sample.median(), **groups[["failures", "trials"]].sum())
+    return list(lines.reset_index().itertuples())

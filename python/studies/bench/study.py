@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -20,16 +20,7 @@ from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, 
 from studies.bench.motions import MOTION, motions
 from studies.bench.peers import PEERS
 from studies.bench.picture import draw_benchmark
-from studies.bench.rows import (
-    HONESTY,
-    WRONG_HEADING_DEG,
-    WRONG_TILT_DEG,
-    Line,
-    Row,
-    benchmark,
-    benchmark_motions,
-    summary,
-)
+from studies.bench.rows import HONESTY, WRONG_HEADING_DEG, WRONG_TILT_DEG, Row, benchmark, benchmark_motions, summary
 from studies.bench.stress import SETS, variant_count
 from studies.command import Trials, write_rows
 
@@ -126,7 +117,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
     return failed + [f"{row.set}, {row.filter}, {row.trial}: {row.missing} scored samples without an estimate" for row in gaps]
 
 
-def benchmark_table(lines: Sequence[Line], ours: set[str]) -> Table:
+def benchmark_table(lines: Sequence[Any], ours: set[str]) -> Table:
     """A section for each set; the best of each column in bold, ours in colour."""
     table = Table(title="RMSE in deg over the scored phase, plain mean over trials; time per IMU sample, median")
     heads = ("set", "filter", "total", "heading", "inclination", "undisturbed", "disturbed", "NEES/3", "us/sample", "trials")
@@ -142,7 +133,7 @@ def benchmark_table(lines: Sequence[Line], ours: set[str]) -> Table:
     return table
 
 
-def honesty_table(lines: Sequence[Line]) -> Table:
+def honesty_table(lines: Sequence[Any]) -> Table:
     """Whether sigma and readiness of the tilt and the heading are true."""
     title = (
         f"z2: mean (error / sigma)^2; shares of the time: ready, and ready while off by more than {WRONG_TILT_DEG:g} deg of tilt"
@@ -155,7 +146,7 @@ def honesty_table(lines: Sequence[Line]) -> Table:
     return table
 
 
-def _cells(line: Line, group: Sequence[Line]) -> list[str]:
+def _cells(line: Any, group: Sequence[Any]) -> list[str]:
     """The figures of a line, with the best of the group in bold."""
     cells = []
     for name in (*ERRORS, "nees_per_axis", "us_per_sample"):

@@ -7,7 +7,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,22 +24,14 @@ HORIZON_S = 1.0
 SYSTEM, SCENARIO = "turntable", "nominal"
 
 
-class OfRows(NamedTuple):
-    """`hnav filter` on a file."""
-
-    rows: int
-    cpu_s: float
-    memory_mb: float  # largest of the process
-
-
-def of_rows(sizes: Sequence[int]) -> Iterator[OfRows]:
-    """Raises UsageError when the command fails."""
+def of_rows(sizes: Sequence[int]) -> Iterator[dict[str, float]]:
+    """`hnav filter` on a file, and the largest memory of its process. Raises UsageError when the command fails."""
     with tempfile.TemporaryDirectory() as folder:
         source, out = Path(folder) / "long.csv", Path(folder) / "out.csv"
         for rows in sizes:
             write_rows(source, rows)
             cost = cost_of_hnav("filter", source, "--out", out)
-            yield OfRows(rows, cost.cpu_s, cost.memory_bytes / 2**20)
+            yield {"rows": rows, "cpu_s": cost.cpu_s, "memory_mb": cost.memory_bytes / 2**20}
 
 
 def write_rows(path: Path, rows: int) -> None:
@@ -54,16 +46,8 @@ def write_rows(path: Path, rows: int) -> None:
             file.writelines(f"{(first + k) * INTERVAL_S:.2f},{period[k]}\n" for k in range(count))
 
 
-class OfFilters(NamedTuple):
-    """Filters that take turns."""
-
-    filters: int
-    us_per_sample: float
-    kb_per_filter: float
-
-
-def of_filters(sizes: Sequence[int], samples: int) -> Iterator[OfFilters]:
-    """samples: of all filters together, that each size is measured with."""
+def of_filters(sizes: Sequence[int], samples: int) -> Iterator[dict[str, float]]:
+    """Filters that take turns. samples: of all filters together, that each size is measured with."""
     motion = Motion()
     for count in sizes:
         before_mb = memory_mb()
@@ -79,22 +63,16 @@ def of_filters(sizes: Sequence[int], samples: int) -> Iterator[OfFilters]:
             seconds.append(time.thread_time() - begin)
         # The first round finds the attitude and touches the memory.
         us = 1e6 * float(np.sum(seconds[1:])) / ((rounds - 1) * count * BLOCK_ROWS)
-        yield OfFilters(count, us, 1024 * (memory_mb() - before_mb) / count)
+        yield {"filters": count, "us_per_sample": us, "kb_per_filter": 1024 * (memory_mb() - before_mb) / count}
 
 
-class OfAge(NamedTuple):
-    """Fields that come late, one in ten rows."""
-
-    late_s: float
-    us_per_late_sample: float
-
-
-def of_age(ages_s: Sequence[float], rows: int = 6000) -> Iterator[OfAge]:
-    """The extra time of a late field over one in time: the filter restores an earlier state and propagates again."""
+def of_age(ages_s: Sequence[float], rows: int = 6000) -> Iterator[dict[str, float]]:
+    """Fields that come late, one in ten rows. The extra time of a late field over one in time: the filter restores an earlier state and propagates again."""
     motion = Motion()
     in_time = _seconds_with(motion, 0, rows)
     for late_s in ages_s:
-        yield OfAge(late_s, 1e6 * (_seconds_with(motion, round(late_s / INTERVAL_S), rows) - in_time))
+        us = 1e6 * (_seconds_with(motion, round(late_s / INTERVAL_S), rows) - in_time)
+        yield {"late_s": late_s, "us_per_late_sample": us, "us_per_row": us / round(late_s / INTERVAL_S)}
 
 
 def _seconds_with(motion: Motion, behind: int, rows: int) -> float:
@@ -114,16 +92,8 @@ def _seconds_with(motion: Motion, behind: int, rows: int) -> float:
     return float(np.median(found))
 
 
-class OfWorkers(NamedTuple):
-    """Runs of the turntable system, by the time of the processors."""
-
-    how: str
-    runs_per_s: float  # with a processor for each worker
-    per_worker: float
-
-
-def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -> Iterator[OfWorkers]:
-    """First FMUs loaded for each run, then once for each worker. Raises UsageError when a run fails."""
+def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -> Iterator[dict[str, Any]]:
+    """Runs of the turntable system, by the time of the processors: runs_per_s with a processor for each worker. First FMUs loaded for each run, then once for each worker. Raises UsageError when a run fails."""
     work = jobs(SYSTEM, [SCENARIO], 3 * runs, stop_s=stop_s)
     rows_of(work[0])  # modules
     begin = time.thread_time()
@@ -131,11 +101,11 @@ def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -
         if failure := rows_of(job)[0]["failure"]:
             raise UsageError(f"seed {job.seed}: {failure}")
     rate = runs / (time.thread_time() - begin)
-    yield OfWorkers("loaded for each run", rate, rate)
+    yield {"how": "loaded for each run", "runs_per_s": rate, "per_worker": rate}
     for count in workers:
         # The difference leaves out what it takes to begin.
         rate = 2 * runs / (_processor_s(work, count) - _processor_s(work[:runs], count))
-        yield OfWorkers(f"loaded once, {count} worker{'s' if count > 1 else ''}", count * rate, rate)
+        yield {"how": f"loaded once, {count} worker{'s' if count > 1 else ''}", "runs_per_s": count * rate, "per_worker": rate}
 
 
 def _processor_s(work: Sequence[Job], workers: int) -> float:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
+import pandas as pd
 import typer
 from rich.table import Column, Table
 
@@ -13,15 +14,13 @@ from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.reports import plots
 from hnav.reports.colours import BLUE
-from studies.command import check_choices
+from studies.command import cells, check_choices
 from studies.growth import measures
 
 SIZE_PX = (700, 320)
 
 
-def draw_lines(
-    path: Path, x: Sequence[float], panels: Mapping[str, Sequence[float]], name: str, logarithmic: bool = True
-) -> None:
+def draw_lines(path: Path, x: Any, panels: Mapping[str, Any], name: str, logarithmic: bool = True) -> None:
     """panels: what is drawn over x, a panel each, by its name. They begin at zero: what is flat looks flat."""
     with plots.styled():
         fig = plots.figure(*SIZE_PX, dpi=100)
@@ -35,7 +34,7 @@ def draw_lines(
     plots.save(fig, path)
 
 
-def draw_bars(path: Path, names: Sequence[str], values: Sequence[float], label: str) -> None:
+def draw_bars(path: Path, names: Any, values: Any, label: str) -> None:
     with plots.styled():
         fig = plots.figure(*SIZE_PX, dpi=100)
         axes = fig.subplots()
@@ -52,52 +51,52 @@ def draw_bars(path: Path, names: Sequence[str], values: Sequence[float], label: 
 Draw = Callable[[Path], None]
 
 
-def table_of(title: str, first: str, *columns: str) -> Table:
-    rest = (Column(name, justify="right", min_width=12) for name in columns)
-    return Table(first, *rest, title=title, title_justify="left", min_width=70)
+def table_of(title: str, heads: str, template: str, found: pd.DataFrame) -> Table:
+    first, *rest = heads.split(" | ")
+    figures = (Column(name, justify="right", min_width=12) for name in rest)
+    table = Table(first, *figures, title=title, title_justify="left", min_width=70)
+    rows: Any = found.to_dict("records")
+    for row in cells(template, rows):
+        table.add_row(*row)
+    return table
 
 
 def rows_part(most_rows: int) -> tuple[Table, Draw]:
     sizes = [size for size in (10**power for power in range(4, 10)) if size <= most_rows]
     # The smallest says what it takes to begin.
-    start, *found = measures.of_rows([1000, *sizes])
-    each = [1e6 * (one.cpu_s - start.cpu_s) / (one.rows - start.rows) for one in found]
-    table = table_of("hnav filter on a table of text, into another", "rows", "CPU s", "us a row", "memory, MB")
-    for one, us in zip(found, each):
-        table.add_row(f"{one.rows}", f"{one.cpu_s:.1f}", f"{us:.1f}", f"{one.memory_mb:.0f}")
-    panels = {"us a row": each, "memory, MB": [one.memory_mb for one in found]}
-    return table, lambda path: draw_lines(path, [one.rows for one in found], panels, "rows")
+    found = pd.DataFrame(measures.of_rows([1000, *sizes]))
+    start, found = found.iloc[0], found[1:]
+    found["us"] = 1e6 * (found.cpu_s - start.cpu_s) / (found.rows - start.rows)
+    title, heads = "hnav filter on a table of text, into another", "rows | CPU s | us a row | memory, MB"
+    table = table_of(title, heads, "{rows:.0f} | {cpu_s:.1f} | {us:.1f} | {memory_mb:.0f}", found)
+    return table, lambda path: draw_lines(path, found.rows, {"us a row": found.us, "memory, MB": found.memory_mb}, "rows")
 
 
 def filters_part(most_rows: int) -> tuple[Table, Draw]:
-    found = [*measures.of_filters((1, 10, 100, 1000), samples=min(200_000, most_rows))]
-    table = table_of("AHRS in closed form side by side, ten rows in turn", "filters", "us a sample", "kB a filter")
-    for one in found:
-        table.add_row(f"{one.filters}", f"{one.us_per_sample:.2f}", f"{one.kb_per_filter:.0f}" if one.filters >= 100 else "")
-    panels = {"us a sample": [one.us_per_sample for one in found]}
-    return table, lambda path: draw_lines(path, [one.filters for one in found], panels, "filters")
+    found = pd.DataFrame(measures.of_filters((1, 10, 100, 1000), samples=min(200_000, most_rows)))
+    kb = found.kb_per_filter.map("{:.0f}".format).where(
+        found.filters >= 100, ""
+    )  # of few filters less than memory is measured by
+    title, heads = "AHRS in closed form side by side, ten rows in turn", "filters | us a sample | kB a filter"
+    table = table_of(title, heads, "{filters} | {us_per_sample:.2f} | {kb}", found.assign(kb=kb))
+    return table, lambda path: draw_lines(path, found.filters, {"us a sample": found.us_per_sample}, "filters")
 
 
 def late_part(most_rows: int) -> tuple[Table, Draw]:
-    found = [*measures.of_age((0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9), rows=min(6000, most_rows))]
-    table = table_of("A field that comes late, samples at 100 Hz", "late by, s", "us more than in time", "us for each row since")
-    for one in found:
-        us = one.us_per_late_sample
-        table.add_row(f"{one.late_s:g}", f"{us:.1f}", f"{us / round(one.late_s / measures.INTERVAL_S):.2f}")
-    panels = {"us more than in time": [max(0.0, one.us_per_late_sample) for one in found]}
-    return table, lambda path: draw_lines(path, [one.late_s for one in found], panels, "late by, s", logarithmic=False)
+    found = pd.DataFrame(measures.of_age((0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 0.9), rows=min(6000, most_rows)))
+    title, heads = "A field that comes late, samples at 100 Hz", "late by, s | us more than in time | us for each row since"
+    table = table_of(title, heads, "{late_s:g} | {us_per_late_sample:.1f} | {us_per_row:.2f}", found)
+    panels = {"us more than in time": found.us_per_late_sample.clip(lower=0.0)}
+    return table, lambda path: draw_lines(path, found.late_s, panels, "late by, s", logarithmic=False)
 
 
 def montecarlo_part(most_rows: int) -> tuple[Table, Draw]:
     # A run of a minute has 6000 rows.
     runs, stop_s = (10, None) if most_rows >= 10 * 6000 else (2, 0.5)
-    found = [*measures.of_workers(runs, (1, 2), stop_s)]
-    table = table_of("Monte Carlo of the turntable system, scenario nominal, 60 s", "", "runs a second", "of each worker")
-    for one in found:
-        table.add_row(one.how, f"{one.runs_per_s:.2f}", f"{one.per_worker:.2f}")
-    return table, lambda path: draw_bars(
-        path, [one.how for one in found], [one.per_worker for one in found], "runs a second and worker"
-    )
+    found = pd.DataFrame(measures.of_workers(runs, (1, 2), stop_s))
+    title, heads = "Monte Carlo of the turntable system, scenario nominal, 60 s", " | runs a second | of each worker"
+    table = table_of(title, heads, "{how} | {runs_per_s:.2f} | {per_worker:.2f}", found)
+    return table, lambda path: draw_bars(path, found.how, found.per_worker, "runs a second and worker")
 
 
 PARTS = {"rows": rows_part, "filters": filters_part, "late": late_part, "montecarlo": montecarlo_part}

@@ -96,21 +96,13 @@ RECOVERS = 30  # samples after a fault that do not count as healthy: no filter c
 ENDING = (OURS, "HMM")  # whose alarms end is shown
 INTERVAL_S = 0.1  # of the aircraft
 WIDTH = 170
+Scores = dict[str, dict[str, float]]
 
 
-@dataclass(frozen=True)
-class Score:
-    """One filter in one case."""
-
-    ratio: float  # RMS error over that of the oracle, from 8 to 15 s, mean over the channels
-    nees: float  # NEES/n from 8 to 15 s
-    noise_alarms: float  # share of samples of healthy channels whose noise is called faulty
-    bias_alarms: float  # share of samples of channels without a jump whose error is said to have jumped
-    process_alarms: float  # share of samples classified as increased process noise
-    ends_s: float  # median time from the end of a fault to that of its alarm; NaN without a fault
-
-
-def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Score:
+def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> dict[str, float]:
+    """One filter in one case: ratio of its RMS error to that of the oracle from 8 to 15 s, mean over the channels, and NEES/n there; shares of
+    samples of healthy channels whose noise is called faulty, of those without a jump whose error is said to have jumped, and of those classified as
+    increased process noise; ends_s: median time from the end of a fault to that of its alarm, NaN without a fault."""
     ratio = result.rmse(FAULT).mean(axis=0) / oracle.rmse(FAULT).mean(axis=0)
     counted = healthy.copy()
     if case.faults:
@@ -118,14 +110,14 @@ def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> Sc
     steady = np.ones(healthy.shape, bool)
     if case.jump is not None:
         steady[:, FAULT.start :, case.jump] = False
-    return Score(
-        ratio=float(ratio.mean()),
-        nees=float(np.nanmean(result.nees[:, FAULT]) / healthy.shape[2]),
-        noise_alarms=float((result.fault_probability > 0.5)[counted].mean()),
-        bias_alarms=float(np.mean(np.broadcast_to(result.bias_fault_probability, steady.shape)[steady] > 0.5)),
-        process_alarms=float(np.mean(np.asarray(result.process_fault_probability) > 0.5)),
-        ends_s=ends_s(case, result),
-    )
+    return {
+        "ratio": float(ratio.mean()),
+        "nees": float(np.nanmean(result.nees[:, FAULT]) / healthy.shape[2]),
+        "noise_alarms": float((result.fault_probability > 0.5)[counted].mean()),
+        "bias_alarms": float(np.mean(np.broadcast_to(result.bias_fault_probability, steady.shape)[steady] > 0.5)),
+        "process_alarms": float(np.mean(np.asarray(result.process_fault_probability) > 0.5)),
+        "ends_s": ends_s(case, result),
+    }
 
 
 def ends_s(case: Case, result: Result) -> float:
@@ -135,7 +127,7 @@ def ends_s(case: Case, result: Result) -> float:
     return float(np.median(steps) * INTERVAL_S) if steps else np.nan
 
 
-def scores_of(plane: Aircraft, case: Case, runs: int, seed: int) -> dict[str, Score]:
+def scores_of(plane: Aircraft, case: Case, runs: int, seed: int) -> Scores:
     """By filter, in the order of the tables."""
     flight, healthy = fly_case(plane, case, runs, seed)
     results = {name: run_filter(plane, flight, setting) for name, setting in FILTERS.items()}
@@ -166,27 +158,27 @@ def table_of(title: str, *columns: str) -> Table:
     return Table("case", *(Column(name, justify="right") for name in columns), title=title)
 
 
-def errors_table(scores: dict[str, dict[str, Score]], runs: int) -> Table:
+def errors_table(scores: dict[str, Scores], runs: int) -> Table:
     title = f"RMS error over the oracle's, 8 to 15 s, mean of four channels, {runs} flights a case"
     table = table_of(title, *ORDER, "joint over best other")
     for name, row in scores.items():
-        best = min(score.ratio for other, score in row.items() if other != OURS)
-        table.add_row(name, *(f"{row[f].ratio:.3f}" for f in ORDER), f"{row[OURS].ratio / best:.3f}")
+        best = min(score["ratio"] for other, score in row.items() if other != OURS)
+        table.add_row(name, *(f"{row[f]['ratio']:.3f}" for f in ORDER), f"{row[OURS]['ratio'] / best:.3f}")
     return table
 
 
-def consistency_table(scores: dict[str, dict[str, Score]]) -> Table:
+def consistency_table(scores: dict[str, Scores]) -> Table:
     table = table_of("NEES/n, 8 to 15 s (1 is consistent)", *ORDER)
     for name, row in scores.items():
-        table.add_row(name, *(f"{row[f].nees:.2f}" for f in ORDER))
+        table.add_row(name, *(f"{row[f]['nees']:.2f}" for f in ORDER))
     return table
 
 
-def alarms_table(scores: dict[str, dict[str, Score]]) -> Table:
+def alarms_table(scores: dict[str, Scores]) -> Table:
     title = "Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process"
     table = table_of(title, *ORDER[:-2], "joint: bias", "joint: process", *(f"{f} ends, s" for f in ENDING))
     for name, row in scores.items():
-        shares = (*(row[f].noise_alarms for f in ORDER[:-2]), row[OURS].bias_alarms, row[OURS].process_alarms)
-        ends = (row[f].ends_s for f in ENDING)
+        shares = (*(row[f]["noise_alarms"] for f in ORDER[:-2]), row[OURS]["bias_alarms"], row[OURS]["process_alarms"])
+        ends = (row[f]["ends_s"] for f in ENDING)
         table.add_row(name, *(f"{100 * share:.1f}" for share in shares), *("-" if np.isnan(s) else f"{s:.2f}" for s in ends))
     return table

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import typer
 from rich.table import Table
 from scipy.linalg import block_diag
@@ -156,32 +157,25 @@ def in_display_units(aircraft: Aircraft, values: np.ndarray) -> np.ndarray:
     return shown
 
 
-@dataclass
-class Alarms:
-    within_10: np.ndarray  # by faulty channel: share of runs whose fault probability passes 0.5 within 10 steps
-    median_delay: np.ndarray  # steps
-    false_per_1000: np.ndarray  # by channel: alarms raised per 1000 healthy samples
-    names: list[str]
-
-
-def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> Alarms:
-    """An alarm is raised where the fault probability passes 0.5. Healthy samples: those without a fault now or in the 30
-    steps before, which the chain may take to be sure that the channel has recovered."""
+def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> pd.DataFrame:
+    """By channel: alarms raised per 1000 healthy samples and, NaN for a healthy channel, the share of runs whose fault probability passes 0.5 within
+    10 steps and the median delay in steps. An alarm is raised where the fault probability passes 0.5. Healthy samples: those without a fault now
+    or in the 30 steps before, which the chain may take to be sure that the channel has recovered."""
     raised = result.fault_probability > 0.5
     faulty = flight.noise_factor > 1
-    delays, false, names = [], [], []
-    for i, channel in enumerate(aircraft.channels):
-        healthy = ~faulty[:, i]
+    found = []
+    for i in range(len(aircraft.channels)):
+        healthy, delay = ~faulty[:, i], np.array([np.nan])
         if faulty[:, i].any():
             first, last = np.flatnonzero(faulty[:, i])[[0, -1]]
             healthy[first : last + 31] = False
             after = raised[:, first : last + 1, i]
-            delays.append(np.where(after.any(axis=1), after.argmax(axis=1), STEPS))
-            names.append(channel.name)
+            delay = np.where(after.any(axis=1), after.argmax(axis=1), STEPS)
         onset = np.diff(raised[:, :, i].astype(int), axis=1, prepend=0) > 0
-        false.append(1000 * onset[:, healthy].sum() / (healthy.sum() * len(raised)))
-    within = np.array([np.mean(d <= 10) for d in delays])
-    return Alarms(within, np.array([np.median(d) for d in delays]), np.array(false), names)
+        false = 1000 * onset[:, healthy].sum() / (healthy.sum() * len(raised))
+        found.append((false, np.mean(delay <= 10) if faulty[:, i].any() else np.nan, np.median(delay)))
+    columns = ["false_per_1000", "within_10", "median_delay"]
+    return pd.DataFrame(found, [c.name for c in aircraft.channels], columns)
 
 
 def scaled(plane: Aircraft, factors: Sequence[Sequence[float] | np.ndarray], interval_s: float, tau_s: float) -> Aircraft:
@@ -209,7 +203,6 @@ def wins(one: dict[str, Result], ours: str, theirs: str) -> np.ndarray:
 # --------------------------------------------------------------------------------------------- tables
 
 
-AXES = ("f4c_longitudinal", "f4c_lateral")
 NAMES = (*FILTERS, ORACLE)
 WIDTH = 200
 
@@ -292,9 +285,10 @@ def alarms_of(both: Sequence[Flown]) -> list[str]:
         found = alarms(plane, flight, results[OURS])
         of_faults = "".join(
             f"; {name} found within 10 steps in {100 * share:.1f} % of runs, median {delay:.0f} steps"
-            for name, share, delay in zip(found.names, found.within_10, found.median_delay)
+            for name, (_, share, delay) in zip(found.index, found.to_numpy())
+            if np.isfinite(share)
         )
-        false = ", ".join(f"{c.name} {rate:.2f}" for c, rate in zip(plane.channels, found.false_per_1000))
+        false = ", ".join(f"{name} {rate:.2f}" for name, rate in found.false_per_1000.items())
         texts.append(f"{plane.name}: false alarms per 1000 healthy samples {false}{of_faults}")
     return texts
 

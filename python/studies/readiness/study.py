@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 import typer
 from rich.table import Table
 from scipy import stats
@@ -106,31 +107,18 @@ def experiment(
     yield from in_order(run, range(starts), workers, CHUNK)
 
 
-class Figures(NamedTuple):
-    """What a group of starts came to. Times are of the starts that became ready."""
-
-    starts: int
-    wrong_share: float
-    wrong_low: float  # 95 % Wilson interval of the share
-    wrong_high: float
-    wrong_in_true_field_share: float
-    median_s: float
-    late_s: float  # 95 % were ready by then
-    never_share: float
-    median_error_deg: float
-    heading_z2: tuple[float, ...]  # means, 1 when the sigma of heading is right; of all starts, ready or not
-
-
-def figures(starts: Sequence[Start]) -> Figures:
-    """The share of wrong starts is of all starts, ready or not."""
-    ready = [start for start in starts if start.ready]
+def figures(starts: Sequence[Start]) -> dict[str, Any]:
+    """Of a group of starts. Shares are of all of them, ready or not: wrong_share with its 95 % Wilson interval; times (late_s: 95 % were ready by
+    then) and errors of those that became ready; heading_z2: means at JUDGED_S, 1 when the sigma of heading is right."""
     wrong = sum(start.wrong for start in starts)
     low, high = stats.binomtest(wrong, len(starts)).proportion_ci(method="wilson")
-    times, errors = [start.ready_s for start in ready] or [np.nan], [start.error_deg for start in ready] or [np.nan]
-    in_true_field = sum(start.wrong_in_true_field for start in starts) / len(starts)
-    z2 = tuple(np.mean([start.heading_z2 for start in starts], axis=0))
-    return Figures(len(starts), wrong / len(starts), low, high, in_true_field, float(np.median(times)), float(np.percentile(times, 95)),
-                   1 - len(ready) / len(starts), float(np.median(errors)), z2)  # fmt: skip
+    ready = pd.DataFrame(map(vars, starts)).dropna(subset="ready_s")
+    return {
+        "starts": len(starts), "wrong_share": wrong / len(starts), "wrong_low": low, "wrong_high": high,
+        "wrong_in_true_field_share": sum(start.wrong_in_true_field for start in starts) / len(starts),
+        "median_s": ready.ready_s.median(), "late_s": ready.ready_s.quantile(0.95), "never_share": 1 - len(ready) / len(starts),
+        "median_error_deg": ready.error_deg.median(), "heading_z2": np.mean([start.heading_z2 for start in starts], axis=0),
+    }  # fmt: skip
 
 
 # --------------------------------------------------------------------------------------------- the command
@@ -173,11 +161,13 @@ def table(starts: Sequence[Start], title: str) -> Table:
         if not group:
             return
         f = figures(group)
-        out.add_row(
-            disturbance, motion, str(f.starts), f"{f.wrong_share:.1%}", f"{f.wrong_low:.1%} to {f.wrong_high:.1%}", f"{f.wrong_in_true_field_share:.1%}",
-            after(f.median_s), after(f.late_s), f"{f.never_share:.1%}", "" if np.isnan(f.median_error_deg) else f"{f.median_error_deg:.1f} deg",
-            ", ".join(f"{z2:.2g}" for z2 in f.heading_z2), style=style,
-        )  # fmt: skip
+        shares = "{starts} | {wrong_share:.1%} | {wrong_low:.1%} to {wrong_high:.1%} | {wrong_in_true_field_share:.1%}".format(
+            **f
+        )
+        error = "" if np.isnan(f["median_error_deg"]) else f"{f['median_error_deg']:.1f} deg"
+        z2 = ", ".join(f"{z2:.2g}" for z2 in f["heading_z2"])
+        times = after(f["median_s"]), after(f["late_s"]), f"{f['never_share']:.1%}"
+        out.add_row(disturbance, motion, *shares.split(" | "), *times, error, z2, style=style)
 
     for disturbance in DISTURBANCES | HIDDEN:
         for motion in MOTIONS:
