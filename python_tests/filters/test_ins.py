@@ -527,20 +527,20 @@ def test_faults_of_the_satellites_leave_nothing_behind():
     largest_m = {"jump": 5, "long_jump": 8, "drift": 15, "outage_30": 15}
     for found in outcomes("car", tuple(largest_m), 4, 21, 1):
         for outcome in found:
-            assert outcome.is_back and outcome.largest_m < largest_m[outcome.fault], outcome
-            assert max(outcome.lies.values()) == 0 and max(outcome.beyond) < 0.01, outcome
+            assert outcome["is_back"] and outcome["largest_m"] < largest_m[outcome["fault"]], outcome
+            assert max(outcome["lies"].values()) == 0 and max(outcome["beyond"]) < 0.01, outcome
 
 
 def test_a_saturated_gyroscope_widens_the_heading_and_it_comes_back():
     for (clipped,) in outcomes("car", ("clipped",), 3, 21, 1):
-        assert clipped.is_back and max(clipped.lies.values()) == 0 and clipped.beyond[2] < 0.01
+        assert clipped["is_back"] and max(clipped["lies"].values()) == 0 and clipped["beyond"][2] < 0.01
 
 
 def test_a_step_of_the_accelerometer_is_known_as_such_once_positions_agree_with_the_velocities():
     """Rejected velocities count from the first one on, and the step from the last accepted one on."""
     for (stepped,) in outcomes("aircraft", ("force_bias",), 4, 3, 1):
-        assert stepped.is_back and max(stepped.lies.values()) == 0 and max(stepped.beyond) == 0, stepped
-        assert stepped.back_s["tilt"] == 0 and stepped.largest_m < 10, stepped
+        assert stepped["is_back"] and max(stepped["lies"].values()) == 0 and max(stepped["beyond"]) == 0, stepped
+        assert stepped["back_s"]["tilt"] == 0 and stepped["largest_m"] < 10, stepped
 
 
 def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():

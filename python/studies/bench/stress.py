@@ -186,6 +186,13 @@ def nominal_rate_hz(recording: Recording) -> float:
     return float(1 / np.median(np.diff(recording.t_s)))
 
 
+def changed(recording: Recording, array: str, change: Callable[[np.ndarray], np.ndarray | float], rows: Any = ...) -> Recording:
+    """With other values in these rows (or rows and columns) of the array of this name; change: the values -> those instead."""
+    values: Any = recording.needed(array).copy()
+    values[rows] = change(values[rows])
+    return replace(recording, **{array: values})
+
+
 def with_rows(recording: Recording, keep: slice | np.ndarray) -> Recording:
     arrays: dict[str, Any] = {k: v[keep] for k, v in vars(recording).items() if isinstance(v, np.ndarray)}
     return replace(recording, **arrays)

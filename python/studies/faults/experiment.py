@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_answers import Run
@@ -63,20 +64,6 @@ def options_of(filter: str, settings: Mapping[str, str]) -> Options:
     return Options(filter, **({"gyro_hold": "backward"} | dict(settings) | {"navigation_frame": "enu"}))
 
 
-# --------------------------------------------------------------------------------------------- events
-
-
-@dataclass(frozen=True)
-class Recovery:
-    """Outcome of one seed of an event; times in s, infinite for never."""
-
-    seed: int
-    settled_s: float  # from the event's end until the error stays within SETTLED_DEG
-    peer_settled_s: float  # of the complementary filter; NaN when it is the heading that suffers
-    false_share: float  # of the samples from the event's begin to WATCHED_S after its end
-    noticed_s: float  # from the event's begin until the flag was down
-
-
 def settled_s(error_deg: np.ndarray, end: int) -> float:
     """error_deg: n, of which the event's last row is end - 1. NaN is an error."""
     wrong = np.flatnonzero(~(error_deg[end - 1 :] <= SETTLED_DEG))
@@ -98,14 +85,16 @@ def judge(samples: Samples, run: Run, heading: bool) -> tuple[float, float, floa
     return settled_s(error_deg, end), float(false[watched].mean()), float(down[0] / RATE_HZ) if len(down) else np.inf
 
 
-def recoveries(seeds: Sequence[int], event: str, filter: str, settings: Mapping[str, str]) -> list[Recovery]:
-    """The event for each seed. Raises HnavError."""
+def recoveries(seeds: Sequence[int], event: str, filter: str, settings: Mapping[str, str]) -> pd.DataFrame:
+    """The event for each seed. settled_s: from its end until the error stays within SETTLED_DEG; peer_settled_s: of the complementary filter, NaN
+    when it is the heading that suffers; false_share: of the samples from its begin to WATCHED_S after its end; noticed_s: from its begin until
+    the flag was down. Times are infinite for never. Raises HnavError."""
     heading, options = EVENTS[event].heading, options_of(filter, settings)
     given = [simulated(event, seed) for seed in seeds]
     runs = (Filter(options).run(s.t_s, s.rate, s.force, s.field, only=("q_nb", "sigma_rad", "ready")) for s in given)
     judged = [judge(samples, run, heading) for samples, run in zip(given, runs)]
-    peers = [np.nan] * len(given) if heading else _complementary(given)
-    return [Recovery(seed, settled, peer, *rest) for seed, peer, (settled, *rest) in zip(seeds, peers, judged)]
+    found = pd.DataFrame(judged, columns=["settled_s", "false_share", "noticed_s"])
+    return found.assign(event=event, seed=list(seeds), peer_settled_s=np.nan if heading else _complementary(given))
 
 
 def _complementary(given: Sequence[Samples]) -> list[float]:
@@ -115,31 +104,21 @@ def _complementary(given: Sequence[Samples]) -> list[float]:
     return [settled_s(error, int(np.flatnonzero(s.during)[-1]) + 1) for error, s in zip(errors_deg, given)]
 
 
-def experiment(seeds: int, filter: str, settings: Mapping[str, str], workers: int = 1) -> Iterator[tuple[str, list[Recovery]]]:
+def experiment(seeds: int, filter: str, settings: Mapping[str, str], workers: int = 1) -> Iterator[pd.DataFrame]:
     """Event after event, some seeds at a time; the same whatever the number of workers. Raises HnavError."""
     options_of(filter, settings)
     shares = [range(first, min(first + CHUNK, seeds)) for first in range(0, seeds, CHUNK)]
     for event in EVENTS:
-        run = partial(recoveries, event=event, filter=filter, settings=settings)
-        yield from ((event, found) for found in in_order(run, shares, workers))
+        yield from in_order(partial(recoveries, event=event, filter=filter, settings=settings), shares, workers)
 
 
 # --------------------------------------------------------------------------------------------- recordings
 
 
-@dataclass(frozen=True)
-class Damage:
-    """What a fault came to on one recording: errors in deg, shares of the scored rows."""
-
-    total_deg: float
-    peer_deg: float  # NaN where the peer is not installed
-    beyond: tuple[float, float]  # BAND_SIGMAS while ready: inclination, heading
-    ready: tuple[float, float]  # tilt, heading
-    said: dict[str, float]  # share of the time for which a sensor was not ok: "gyro stuck" and the like
-
-
-def damage_of(recording: Recording, fault: str, index: int, filter: str, settings: Mapping[str, str]) -> Damage:
-    """index: of the recording among those of the study, for the random numbers. Raises HnavError."""
+def damage_of(recording: Recording, fault: str, index: int, filter: str, settings: Mapping[str, str]) -> dict[str, Any]:
+    """What a fault came to on one recording: errors in deg, the peer's NaN where it is not installed; shares of the scored rows: beyond BAND_SIGMAS
+    while ready (inclination, heading), ready (tilt, heading); said: for what share of the time a sensor was not ok, "gyro stuck" and the like.
+    index: of the recording among those of the study, for the random numbers. Raises HnavError."""
     damaged = FAULTS[fault](recording, np.random.default_rng([15, index]))
     reference, movement = damaged.needed("reference_q_nb"), damaged.movement
     run = Filter(options_of(filter, settings)).run(damaged.t_s, damaged.rate_b_rad_s, damaged.force_b_m_s2, damaged.field_b_tesla)
@@ -149,13 +128,12 @@ def damage_of(recording: Recording, fault: str, index: int, filter: str, setting
     sigmas = np.stack([np.linalg.norm(run.sigma_rad[:, :2], axis=1), run.sigma_rad[:, 2]], axis=1)
     beyond, ready = ((errors > BAND_SIGMAS * sigmas) & run.ready)[known].mean(axis=0), run.ready[known].mean(axis=0)
     length_s = float(np.diff(recording.t_s).sum())
-    return Damage(
-        score(run.q_nb, reference, movement).total,
-        _peer_deg(recording, damaged),
-        (float(beyond[0]), float(beyond[1])),
-        (float(ready[0]), float(ready[1])),
-        {f"{found.sensor} {found.state}": found.lasted_s / length_s for found in findings(damaged.t_s, run.health)},
-    )
+    return {
+        "total_deg": score(run.q_nb, reference, movement).total,
+        "peer_deg": _peer_deg(recording, damaged),
+        "shares": [*beyond, *ready],
+        "said": {f"{found.sensor} {found.state}": found.lasted_s / length_s for found in findings(damaged.t_s, run.health)},
+    }
 
 
 def _peer_deg(recording: Recording, damaged: Recording) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from copy import deepcopy
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -27,24 +26,13 @@ JUDGED_S = (10.0, 20.0)
 AS_GOOD_DEG = 0.05  # RMS of the total error over JUDGED_S, beyond that of the start without the sample
 
 
-@dataclass(frozen=True)
-class FirstSample:
-    """RMS of the total error over JUDGED_S, in deg: of the start with the false sample, and of the start without it."""
-
-    false_deg: float
-    without_deg: float
-
-    @property
-    def as_good(self) -> bool:
-        return self.false_deg <= self.without_deg + AS_GOOD_DEG
-
-
-def first_samples(starts: int, sensor: str, options: Options, workers: int = 1) -> Iterator[FirstSample]:
+def first_samples(starts: int, sensor: str, options: Options, workers: int = 1) -> Iterator[tuple[float, float]]:
     """One start after the other, motions take turns. sensor: of SENSORS. Raises HnavError."""
     yield from in_order(partial(first_sample, sensor=sensor, options=options), range(starts), workers, 8)
 
 
-def first_sample(index: int, sensor: str, options: Options) -> FirstSample:
+def first_sample(index: int, sensor: str, options: Options) -> tuple[float, float]:
+    """RMS of the total error over JUDGED_S, in deg: of the start with the false sample, and of the start without it."""
     groups = len(MOTIONS) * len(DISTURBANCES)
     undisturbed = groups * (index // len(MOTIONS)) + index % len(MOTIONS)
     recording = simulated_start(undisturbed, duration_s=JUDGED_S[1]).recording
@@ -52,7 +40,9 @@ def first_sample(index: int, sensor: str, options: Options) -> FirstSample:
     samples = np.array(getattr(recording, SENSORS[sensor]))
     strength = GRAVITY_M_S2 if sensor == "force" else float(np.linalg.norm(samples[0]))
     false = unit_vector(rng) * rng.uniform(0, MAX_STRENGTH) * strength
-    return FirstSample(*(error_deg(with_first(recording, sensor, first), options) for first in (false, np.full(3, np.nan))))
+    return error_deg(with_first(recording, sensor, false), options), error_deg(
+        with_first(recording, sensor, np.full(3, np.nan)), options
+    )
 
 
 def with_first(recording: Recording, sensor: str, first: np.ndarray) -> Recording:
@@ -70,10 +60,10 @@ def error_deg(recording: Recording, options: Options) -> float:
     return float(np.degrees(np.sqrt(np.mean(total**2))))
 
 
-def verdict(sensor: str, starts: list[FirstSample]) -> str:
+def verdict(sensor: str, starts: list[tuple[float, float]]) -> str:
     """A line for the user."""
-    good, worst = sum(start.as_good for start in starts), max(start.false_deg - start.without_deg for start in starts)
+    beyond = np.array([false - without for false, without in starts])
     return (
-        f"first {sensor} of 0 to {MAX_STRENGTH:g} times its strength in any direction: {good} of {len(starts)} starts as good as without it "
-        f"after {JUDGED_S[0]:g} s, worst {worst:.2f} deg beyond"
+        f"first {sensor} of 0 to {MAX_STRENGTH:g} times its strength in any direction: {np.sum(beyond <= AS_GOOD_DEG)} of {len(starts)} starts "
+        f"as good as without it after {JUDGED_S[0]:g} s, worst {beyond.max():.2f} deg beyond"
     )

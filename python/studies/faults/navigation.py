@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from rich.table import Table
 
 from hnav.filters.readiness import LIMITS
 from studies.command import titled_table, tracked
-from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, Outcome, hindsights, outcomes
+from studies.ins.faults import FAULTS, FLAGS, GOOD, RECOVERY_S, hindsights, outcomes
 
 
 def fault_table(kinds: Sequence[str], names: Sequence[str], starts: int, seed: int, workers: int, folder: Path | None) -> Table:
@@ -40,24 +42,24 @@ def hindsight_table(kinds: Sequence[str], names: Sequence[str], starts: int, see
         for i, name in enumerate(names):
             cells = []
             for what in FLAGS:
-                before, after = np.sqrt(np.mean(np.square([of_start[i].rms[what] for of_start in found]), axis=0))
-                lies = np.mean([of_start[i].lies[what] for of_start in found], axis=0)
+                before, after = np.sqrt(np.mean(np.square([of_start[i][0][what] for of_start in found]), axis=0))
+                lies = np.mean([of_start[i][1][what] for of_start in found], axis=0)
                 unit, per_si = LIMITS[what].unit, LIMITS[what].per_si
                 cells += [f"{per_si * before:.3g} > {per_si * after:.3g} {unit}", f"{lies[0]:.1%} > {lies[1]:.1%}"]
             out.add_row(kind, FAULTS[name].text, *cells)
     return out
 
 
-def _cells(of: Sequence[Outcome]) -> list[str]:
-    slowest = [max(o.back_s[what] for o in of) for what in GOOD]
-    position, tilt, heading = (float(np.median([o.at_end[what] for o in of])) for what in GOOD)
-    lies = [float(np.mean([o.lies[what] for o in of])) for what in FLAGS]
+def _cells(of: Sequence[dict[str, Any]]) -> list[str]:
+    table = pd.DataFrame(of)
+    back_s, at_end, lies = (pd.DataFrame([*table[name]]) for name in ("back_s", "at_end", "lies"))
+    position, tilt, heading = at_end.median()[[*GOOD]]
     return [
-        f"{sum(o.is_back for o in of)} of {len(of)}",
-        " / ".join(f"{s:.0f}" if np.isfinite(s) else "never" for s in slowest),
-        f"{max(o.largest_m for o in of):.3g} m",
+        f"{table.is_back.sum()} of {len(of)}",
+        " / ".join(f"{s:.0f}" if np.isfinite(s) else "never" for s in back_s.max()[[*GOOD]]),
+        f"{table.largest_m.max():.3g} m",
         f"{position:.1f} m / {np.degrees(tilt):.2f} / {np.degrees(heading):.2f} deg",
-        " / ".join(f"{share:.1%}" for share in lies),
-        " / ".join(f"{share:.2%}" for share in np.mean([o.beyond for o in of], axis=0)),
-        f"{np.mean([o.ready for o in of]):.0%}",
+        " / ".join(f"{share:.1%}" for share in lies.mean()[[*FLAGS]]),
+        " / ".join(f"{share:.2%}" for share in np.mean([*table.beyond], axis=0)),
+        f"{table.ready.mean():.0%}",
     ]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from hnav.io.recordings import Recording
-from studies.bench.stress import with_rows
+from studies.bench.stress import changed, with_rows
 
 CLIP_RAD_S = np.radians(115)
 SPIKE_EVERY_S = 10.0
@@ -21,77 +22,56 @@ LOST_S = 0.05  # of every second
 HOUR_S = 3600.0
 
 
-def _spikes(samples: np.ndarray, rows: np.ndarray, size: float, rng: np.random.Generator) -> np.ndarray:
-    out = samples.copy()
+RATE, FORCE, FIELD, TIME = "rate_b_rad_s", "force_b_m_s2", "field_b_tesla", "t_s"
+
+
+def _spikes(recording: Recording, array: str, rows: np.ndarray, size: float, rng: np.random.Generator) -> Recording:
+    out: Any = recording.needed(array).copy()
     out[rows, rng.integers(3, size=len(rows))] = size * rng.choice([-1, 1], size=len(rows))
-    return out
+    return replace(recording, **{array: out})
 
 
-def gyro_axis_dead(recording: Recording, rng: np.random.Generator) -> Recording:
-    rate = recording.rate_b_rad_s.copy()
-    rate[len(rate) // 2 :, 2] = 0
-    return replace(recording, rate_b_rad_s=rate)
-
-
-def gyro_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
+def _gyro_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
     times = np.arange(recording.t_s[0] + SPIKE_EVERY_S, recording.t_s[-1], SPIKE_EVERY_S)
-    rows = np.searchsorted(recording.t_s, times)
-    return replace(recording, rate_b_rad_s=_spikes(recording.rate_b_rad_s, rows, GYRO_SPIKE_RAD_S, rng))
+    return _spikes(recording, RATE, np.searchsorted(recording.t_s, times), GYRO_SPIKE_RAD_S, rng)
 
 
-def force_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
+def _force_spikes(recording: Recording, rng: np.random.Generator) -> Recording:
     rows = np.flatnonzero(rng.random(len(recording.t_s)) < FORCE_SPIKE_SHARE)
-    return replace(recording, force_b_m_s2=_spikes(recording.force_b_m_s2, rows, FORCE_SPIKE_M_S2, rng))
+    return _spikes(recording, FORCE, rows, FORCE_SPIKE_M_S2, rng)
 
 
-def field_stuck(recording: Recording, rng: np.random.Generator) -> Recording:
-    field = recording.needed("field_b_tesla").copy()
-    first = len(field) // 3
-    known = np.flatnonzero(np.isfinite(field[:first]).all(axis=1))[-1]
-    rows = np.arange(len(field)) >= first
-    field[rows & np.isfinite(field).all(axis=1)] = field[known]
-    return replace(recording, field_b_tesla=field)
+def _field_stuck(recording: Recording, rng: np.random.Generator) -> Recording:
+    first = len(recording.t_s) // 3
+    known = np.flatnonzero(np.isfinite(recording.needed(FIELD)).all(axis=1))
+    held = recording.needed(FIELD)[known[known < first][-1]]
+    return changed(recording, FIELD, lambda _: held, known[known >= first])
 
 
-def field_flipped(recording: Recording, rng: np.random.Generator) -> Recording:
+def _flipped(recording: Recording) -> np.ndarray:
+    """The rows of FLIP_S from the middle on."""
     middle_s = 0.5 * (recording.t_s[0] + recording.t_s[-1])
-    field = recording.needed("field_b_tesla").copy()
-    field[(recording.t_s >= middle_s) & (recording.t_s < middle_s + FLIP_S), :2] *= -1
-    return replace(recording, field_b_tesla=field)
+    return np.asarray((recording.t_s >= middle_s) & (recording.t_s < middle_s + FLIP_S))
 
 
-def shared_stamps(recording: Recording, rng: np.random.Generator) -> Recording:
-    last = np.minimum(np.arange(len(recording.t_s)) // BURST * BURST + BURST - 1, len(recording.t_s) - 1)
-    return replace(recording, t_s=recording.t_s[last])
+def _half(recording: Recording) -> slice:
+    return slice(len(recording.t_s) // 2, None)
 
 
-def lost_each_second(recording: Recording, rng: np.random.Generator) -> Recording:
-    keep = (recording.t_s - recording.t_s[0]) % 1 >= LOST_S
-    return with_rows(recording, keep)
-
-
-def one_stamp_late(recording: Recording, rng: np.random.Generator) -> Recording:
-    t_s = recording.t_s.copy()
-    t_s[len(t_s) // 2] += HOUR_S
-    return replace(recording, t_s=t_s)
-
-
-def clock_set_back(recording: Recording, rng: np.random.Generator) -> Recording:
-    t_s, half = recording.t_s.copy(), len(recording.t_s) // 2
-    t_s[half:] -= t_s[half]
-    return replace(recording, t_s=t_s)
+def _last_of_burst(values: np.ndarray) -> np.ndarray:
+    return values[np.minimum(np.arange(len(values)) // BURST * BURST + BURST - 1, len(values) - 1)]
 
 
 FAULTS: dict[str, Callable[[Recording, np.random.Generator], Recording]] = {
-    "none": lambda recording, rng: recording,
-    "gyro clipped at 115 deg/s": lambda r, rng: replace(r, rate_b_rad_s=np.clip(r.rate_b_rad_s, -CLIP_RAD_S, CLIP_RAD_S)),
-    "gyro z = 0 from half": gyro_axis_dead,
-    "gyro spike every 10 s": gyro_spikes,
-    "accelerometer spikes, 1 %": force_spikes,
-    "magnetometer stuck from 1/3": field_stuck,
-    "field x, y flipped for 20 s": field_flipped,
-    "10 samples share a stamp": shared_stamps,
-    "50 ms lost each second": lost_each_second,
-    "one stamp + 1 h": one_stamp_late,
-    "clock back to 0": clock_set_back,
+    "none": lambda r, rng: r,
+    "gyro clipped at 115 deg/s": lambda r, rng: changed(r, RATE, lambda rate: np.clip(rate, -CLIP_RAD_S, CLIP_RAD_S)),
+    "gyro z = 0 from half": lambda r, rng: changed(r, RATE, lambda _: 0.0, (_half(r), 2)),
+    "gyro spike every 10 s": _gyro_spikes,
+    "accelerometer spikes, 1 %": _force_spikes,
+    "magnetometer stuck from 1/3": _field_stuck,
+    "field x, y flipped for 20 s": lambda r, rng: changed(r, FIELD, np.negative, (_flipped(r), slice(2))),
+    "10 samples share a stamp": lambda r, rng: changed(r, TIME, _last_of_burst),
+    "50 ms lost each second": lambda r, rng: with_rows(r, (r.t_s - r.t_s[0]) % 1 >= LOST_S),
+    "one stamp + 1 h": lambda r, rng: changed(r, TIME, lambda t_s: t_s + HOUR_S, len(r.t_s) // 2),
+    "clock back to 0": lambda r, rng: changed(r, TIME, lambda t_s: t_s - t_s[0], _half(r)),
 }

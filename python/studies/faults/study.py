@@ -11,11 +11,11 @@ trials damaged on purpose (studies.faults.recordings); DIR is where the trials l
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 import typer
 from rich.table import Table
 
@@ -26,7 +26,7 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trial
 from studies.command import WORKERS, Seed, Trials, Workers, check_choices, titled_table, tracked
 from studies.faults.events import EVENTS
-from studies.faults.experiment import CHUNK, TRIALS, Damage, Recovery, damage_of, experiment, options_of
+from studies.faults.experiment import CHUNK, TRIALS, damage_of, experiment, options_of
 from studies.faults.first_samples import SENSORS, first_samples, verdict
 from studies.faults.navigation import fault_table, hindsight_table
 from studies.faults.recordings import FAULTS
@@ -78,55 +78,51 @@ def command(
         show(recording_table(recordings(folder, filter, chosen), title), width=150)
 
 
-def events(seeds: int, filter: str, settings: dict[str, str], workers: int) -> dict[str, list[Recovery]]:
-    """By event. Raises HnavError."""
-    found: dict[str, list[Recovery]] = {event: [] for event in EVENTS}
-    for event, some in tracked(experiment(seeds, filter, settings, workers), "events", len(EVENTS) * math.ceil(seeds / CHUNK)):
-        found[event] += some
-    return found
+def events(seeds: int, filter: str, settings: dict[str, str], workers: int) -> pd.DataFrame:
+    """A row for each event and seed. Raises HnavError."""
+    return pd.concat(tracked(experiment(seeds, filter, settings, workers), "events", len(EVENTS) * math.ceil(seeds / CHUNK)))
 
 
-def recordings(folder: Path, filter: str, settings: dict[str, str]) -> dict[str, list[Damage]]:
+def recordings(folder: Path, filter: str, settings: dict[str, str]) -> dict[str, list[dict[str, Any]]]:
     """By fault. Raises HnavError."""
     trials = [read(find_trial(folder, number)) for number in TRIALS]
-    found: dict[str, list[Damage]] = {}
+    found: dict[str, list[dict[str, Any]]] = {}
     for fault in tracked(FAULTS, "faults"):
         found[fault] = [damage_of(trial, fault, i, filter, settings) for i, trial in enumerate(trials)]
     return found
 
 
-def event_table(found: dict[str, list[Recovery]], title: str) -> Table:
+def event_table(found: pd.DataFrame, title: str) -> Table:
     """A row for each event: seconds after its end, and after its begin for the flag."""
     figures = "median | worst | complementary: median | worst | ready and false | worst run | flag down after"
     table = titled_table(f"{title}: seconds until the angle stays within 5 deg", "event | angle", figures)
-    for event, runs in found.items():
-        own, peer = [run.settled_s for run in runs], [run.peer_settled_s for run in runs]
-        false = [run.false_share for run in runs]
+    for event, runs in found.groupby("event", sort=False):
+        times = [_seconds(of(runs[name])) for name in ("settled_s", "peer_settled_s") for of in (np.median, np.max)]
+        false = (f"{share:.1%}" for share in (runs.false_share.mean(), runs.false_share.max()))
         table.add_row(
-            event, "heading" if EVENTS[event].heading else "tilt", _seconds(np.median(own)), _seconds(max(own)), _seconds(np.median(peer)),
-            _seconds(max(peer)), f"{np.mean(false):.1%}", f"{max(false):.1%}", _seconds(np.median([run.noticed_s for run in runs]), 2),
-        )  # fmt: skip
+            str(event),
+            "heading" if EVENTS[str(event)].heading else "tilt",
+            *times,
+            *false,
+            _seconds(np.median(runs.noticed_s), 2),
+        )
     return table
 
 
-def recording_table(found: dict[str, list[Damage]], title: str) -> Table:
+def recording_table(found: dict[str, list[dict[str, Any]]], title: str) -> Table:
     """A row for each fault."""
     heads = "total RMSE, deg | VQF | beyond 3 sigma, ready: inclination | heading | ready: tilt | heading"
     table = titled_table(title, "fault", heads)
     table.add_column("not ok, share of the time")
-    for fault, of_trials in found.items():
-        total, peer = (np.mean([getattr(d, name) for d in of_trials]) for name in ("total_deg", "peer_deg"))
-        shares = np.mean([[*d.beyond, *d.ready] for d in of_trials], axis=0)
+    for fault, damages in found.items():
+        of_trials = pd.DataFrame(damages)
+        shares = np.mean([*of_trials.shares], axis=0)
         cells = [f"{share:.1%}" for share in shares[:2]] + [f"{share:.0%}" for share in shares[2:]]
-        table.add_row(fault, f"{total:.2f}", "-" if np.isnan(peer) else f"{peer:.2f}", *cells, _said(of_trials))
+        said = pd.DataFrame([*of_trials.said]).fillna(0.0).mean().sort_values(ascending=False, kind="stable")
+        of_sensors = ", ".join(f"{name} {share:.0%}" for name, share in said.items() if share >= SHOWN_SHARE)
+        peer = of_trials.peer_deg.mean(skipna=False)
+        table.add_row(fault, f"{of_trials.total_deg.mean():.2f}", "-" if np.isnan(peer) else f"{peer:.2f}", *cells, of_sensors)
     return table
-
-
-def _said(of_trials: Sequence[Damage]) -> str:
-    names = dict.fromkeys(name for damage in of_trials for name in damage.said)
-    shares = {name: float(np.mean([damage.said.get(name, 0.0) for damage in of_trials])) for name in names}
-    shown = sorted((name for name in names if shares[name] >= SHOWN_SHARE), key=lambda name: -shares[name])
-    return ", ".join(f"{name} {shares[name]:.0%}" for name in shown)
 
 
 def _seconds(value: float, digits: int = 1) -> str:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import lru_cache, partial, reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -32,7 +33,8 @@ JUDGED_S = 60.0
 """After the end of a fault, readiness is judged for so long, and the estimate has to be right again within it."""
 RECOVERY_S = 30.0
 EVERY = 20
-CLIPPED_RAD_S = 0.05
+CLIPPED = 0.05
+"""rad/s."""
 KINDS = ("car", "aircraft", "quadrotor", "walker")
 FLIGHT = "flight"
 GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}
@@ -44,6 +46,8 @@ LIES = GOOD | {"velocity": 1.5}
 FLAGS = ("tilt", "heading", "velocity", "position")
 METRE = 1 / EARTH_M
 """Of latitude, in rad."""
+FIRST = np.eye(6)[0]
+"""Of velocity and its sigma, or of place and its sigma: north, latitude."""
 
 
 Spoiler = Callable[[Samples, BoolArray, BoolArray], Samples]
@@ -59,103 +63,23 @@ class Fault:
     of: Spoiler
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """One start with one fault."""
-
-    kind: str
-    fault: str
-    back_s: dict[str, float]
-    """By name of GOOD, after the end of the fault: from then on the error stays below it; infinite where it does not."""
-    largest_m: float
-    """Horizontal error from the begin of the fault on."""
-    at_end: dict[str, float]
-    """Errors in the last row, by name of GOOD."""
-    lies: dict[str, float]
-    """Share of the time from its begin to JUDGED_S after its end, by name of LIES."""
-    beyond: tuple[float, float, float]
-    """Share of that time in which the horizontal, vertical and heading error exceed their protection levels."""
-    ready: float
-    """Share of that time in which position and heading are ready."""
-
-    @property
-    def is_back(self) -> bool:
-        """Within RECOVERY_S."""
-        return max(self.back_s.values()) <= RECOVERY_S
-
-
 # --------------------------------------------------------------------------------------------- faults
 
 
-def _aids(samples: Samples, hit: BoolArray, sensor: str, change: Callable[[Array, Array], Array]) -> Samples:
-    """change: times and values of what is met -> the values instead."""
-    valid, _, kind, value = samples.aids.arrays()
-    rows = hit & (kind == SENSORS.index(sensor))
-    value = value.copy()
-    value[rows] = change(valid[rows], value[rows])
-    return replace(samples, aids=fixes(valid, kind, value))
-
-
-def _both(change: Callable[[Array, Array], Array]) -> Spoiler:
-    """Of velocities and positions."""
+def _fixes(sensor: str, change: Callable[[Array, Array], Array]) -> Spoiler:
+    """change: seconds since the first fix that is met, and values (n x 6) -> the values instead."""
 
     def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-        for sensor in ("velocity", "position"):
-            samples = _aids(samples, hit, sensor, change)
-        return samples
+        valid, _received, kind, value = samples.aids.arrays()
+        rows = hit & (kind == SENSORS.index(sensor))
+        value = value.copy()
+        value[rows] = change(valid[rows] - valid[rows][:1], value[rows])
+        return replace(samples, aids=fixes(valid, kind, value))
 
     return spoilt
 
 
-def _north(metres: Callable[[Array], Array]) -> Spoiler:
-    """metres: of the seconds since the first fix that is met."""
-
-    def moved(t_s: Array, value: Array) -> Array:
-        value[:, 0] += METRE * metres(t_s - t_s[0])
-        return value
-
-    return lambda samples, _, hit: _aids(samples, hit, "position", moved)
-
-
-def _jump(metres: float) -> Spoiler:
-    return _north(lambda since_s: np.full_like(since_s, metres))
-
-
-def _faster(metres_per_second: float) -> Spoiler:
-    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-        return _aids(samples, hit, "velocity", lambda _, value: value + metres_per_second * np.eye(6)[0])
-
-    return spoilt
-
-
-def _spoof(samples: Samples, rows: BoolArray, hit: BoolArray) -> Samples:
-    return _north(lambda since_s: since_s)(_faster(1.0)(samples, rows, hit), rows, hit)
-
-
-def _noisy(sensor: str, noise: tuple[float, float, float], stated: float) -> Spoiler:
-    def spoilt(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-        rng = np.random.default_rng(1)
-
-        def change(_: Array, value: Array) -> Array:
-            value[:, :3] += np.array(noise) * rng.standard_normal((len(value), 3))
-            value[:, 3:] = stated
-            return value
-
-        return _aids(samples, hit, sensor, change)
-
-    return spoilt
-
-
-def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-    valid, _received, sensor, value = samples.aids.arrays()
-    return replace(samples, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
-
-
-def _late(seconds: float) -> Spoiler:
-    return lambda samples, _, hit: arriving(samples, np.where(hit, seconds, 0.0))
-
-
-def _inertial(array: str, change: Callable[[Array], Array], for_good: bool) -> Spoiler:
+def _inertial(array: str, change: Callable[[Array], Array], for_good: bool = False) -> Spoiler:
     def spoilt(samples: Samples, rows: BoolArray, _: BoolArray) -> Samples:
         rows = rows | (for_good & (np.cumsum(rows) > 0))
         values = getattr(samples, array).copy()
@@ -165,19 +89,42 @@ def _inertial(array: str, change: Callable[[Array], Array], for_good: bool) -> S
     return spoilt
 
 
-def _rate(change: Callable[[Array], Array], for_good: bool = False) -> Spoiler:
-    return _inertial("rate_b_rad_s", change, for_good)
+_rate, _force = partial(_inertial, "rate_b_rad_s"), partial(_inertial, "force_b_m_s2")
 
 
-def _force(change: Callable[[Array], Array], for_good: bool = False) -> Spoiler:
-    return _inertial("force_b_m_s2", change, for_good)
+def _all(*of: Spoiler) -> Spoiler:
+    """One after the other."""
+    return lambda samples, rows, hit: reduce(lambda spoilt, spoiler: spoiler(spoilt, rows, hit), of, samples)
 
 
-def _missing(samples: Samples, rows: BoolArray, hit: BoolArray) -> Samples:
-    def nothing(value: Array) -> Array:
-        return np.full_like(value, np.nan)
+def _both(change: Callable[[Array, Array], Array]) -> Spoiler:
+    return _all(_fixes("velocity", change), _fixes("position", change))
 
-    return _force(nothing)(_rate(nothing)(samples, rows, hit), rows, hit)
+
+def _north(metres: Callable[[Array], Array | float]) -> Spoiler:
+    """metres: of the seconds since the first fix that is met."""
+    return _fixes("position", lambda since_s, value: value + np.multiply.outer(METRE * metres(since_s), FIRST))
+
+
+def _faster(metres_per_second: float) -> Spoiler:
+    return _fixes("velocity", lambda _, value: value + metres_per_second * FIRST)
+
+
+def _noisy(sensor: str, noise: tuple[float, float, float], stated: float) -> Spoiler:
+    def change(_: Array, value: Array) -> Array:
+        noisy = value[:, :3] + np.array(noise) * np.random.default_rng(1).standard_normal((len(value), 3))
+        return np.hstack([noisy, np.full_like(noisy, stated)])
+
+    return _fixes(sensor, change)
+
+
+def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
+    valid, _received, sensor, value = samples.aids.arrays()
+    return replace(samples, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
+
+
+def _late(seconds: float) -> Spoiler:
+    return lambda samples, _, hit: arriving(samples, np.where(hit, seconds, 0.0))
 
 
 def _asleep(seconds: float) -> Spoiler:
@@ -192,19 +139,17 @@ def _asleep(seconds: float) -> Spoiler:
     return spoilt
 
 
+def _missing(value: Array) -> Array:
+    return np.full_like(value, np.nan)
+
+
 def _stuck(value: Array) -> Array:
     return np.broadcast_to(value[0], value.shape)
 
 
 def _one(size: float) -> Callable[[Array], Array]:
     """The first sample alone, on the first axis."""
-
-    def spoilt(value: Array) -> Array:
-        value = value.copy()
-        value[0, 0] = size
-        return value
-
-    return spoilt
+    return lambda value: np.where(np.arange(value.size).reshape(value.shape) == 0, size, value)
 
 
 def _three_turns(samples: Samples, _: BoolArray, __: BoolArray) -> Samples:
@@ -231,27 +176,25 @@ FAULTS = {
     "rate_dead_short": Fault("rate about z 0", 10.0, _rate(_with(2, 0.0))),
     "rate_stuck": Fault("rates stuck", 10.0, _rate(_stuck)),
     "force_stuck": Fault("forces stuck", 10.0, _force(_stuck)),
-    "clipped": Fault(
-        f"rates clipped at {CLIPPED_RAD_S:g} rad/s", 5.0, _rate(lambda w: np.clip(w, -CLIPPED_RAD_S, CLIPPED_RAD_S))
-    ),
+    "clipped": Fault(f"rates clipped at {CLIPPED} rad/s", 5.0, _rate(lambda w: np.clip(w, -CLIPPED, CLIPPED))),
     "turns": Fault("three rate errors of 12 deg", 60.0, _three_turns),
     "shock": Fault("16 g on one axis", 1.0, _force(_with(0, 157.0))),
     "wild_35": Fault("one rate of 35 rad/s", 1.0, _rate(_one(35.0))),
     "wild_400": Fault("one rate of 400 rad/s", 1.0, _rate(_one(400.0))),
     "wild_rate": Fault("one rate of 1e6 rad/s", 1.0, _rate(_one(1e6))),
     "wild_force": Fault("one force of 1e6 m/s2", 1.0, _force(_one(1e6))),
-    "missing_10": Fault("no inertial samples", 10.0, _missing),
-    "missing_60": Fault("no inertial samples", 60.0, _missing),
+    "missing_10": Fault("no inertial samples", 10.0, _all(_rate(_missing), _force(_missing))),
+    "missing_60": Fault("no inertial samples", 60.0, _all(_rate(_missing), _force(_missing))),
     "day": Fault("no samples for a day", 1.0, _asleep(86400.0)),
     "faster": Fault("velocities 20 m/s off", 60.0, _faster(20.0)),
     "frozen": Fault("fixes frozen", 60.0, _both(lambda _, value: np.broadcast_to(value[0], value.shape))),
     "nowhere": Fault("fixes at (0, 0, 0), velocity 0", 60.0, _both(lambda _, value: value * (np.arange(6) > 2))),
-    "spoof": Fault("positions, velocities off by 1 m/s", 60.0, _spoof),
+    "spoof": Fault("positions, velocities off by 1 m/s", 60.0, _all(_faster(1.0), _north(lambda since_s: since_s))),
     "once": Fault("one position 100 km off", 1.0, _north(lambda since_s: 1e5 * (since_s == 0))),
-    "jump": Fault("positions 100 m off", 10.0, _jump(100.0)),
-    "long_jump": Fault("positions 100 m off", 60.0, _jump(100.0)),
-    "far": Fault("positions 100 km off", 10.0, _jump(1e5)),
-    "long_far": Fault("positions 100 km off", 60.0, _jump(1e5)),
+    "jump": Fault("positions 100 m off", 10.0, _north(lambda _: 100.0)),
+    "long_jump": Fault("positions 100 m off", 60.0, _north(lambda _: 100.0)),
+    "far": Fault("positions 100 km off", 10.0, _north(lambda _: 1e5)),
+    "long_far": Fault("positions 100 km off", 60.0, _north(lambda _: 1e5)),
     "drift": Fault("positions drift by 1 m/s", 60.0, _north(lambda since_s: since_s)),
     "noisy_position": Fault("positions +- 20 m, stated 1 m", 60.0, _noisy("position", (20 * METRE, 20 * METRE, 0), 1.0)),
     "noisy_velocity": Fault("velocities +- 1 m/s, stated 0.05", 60.0, _noisy("velocity", (1, 1, 1), 0.05)),
@@ -321,19 +264,19 @@ def flown(folder: Path, part: float) -> Drive:
     )
 
 
-def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[Outcome]:
+def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[dict[str, Any]]:
     drive = flown(folder, start) if kind == FLIGHT and folder is not None else simulated(kind, int(start))
     without = errors(drive.run(drive.samples), drive.truth)
-    return [_with_fault(kind, drive, without, name) for name in names]
+    return [_with_fault(drive, without, name) for name in names]
 
 
-def _with_fault(kind: str, drive: Drive, without: dict[str, Array], name: str) -> Outcome:
+def _with_fault(drive: Drive, without: dict[str, Array], name: str) -> dict[str, Any]:
     spoilt, begin, end = drive.with_fault(name)
     try:
-        return _outcome(kind, name, drive.run(spoilt), drive.truth, without, begin, end)
+        return _outcome(name, drive.run(spoilt), drive.truth, without, begin, end)
     except HnavRuntimeError:  # the filter raised an error
         never, always = dict.fromkeys(GOOD, np.inf), dict.fromkeys(LIES, 1.0)
-        return Outcome(kind, name, never, np.inf, never, always, (1.0, 1.0, 1.0), 1.0)
+        return _shown(name, never, np.inf, never, always, (1.0, 1.0, 1.0), 1.0)
 
 
 def errors(run: InsRun, truth: Truth) -> dict[str, Array]:
@@ -364,7 +307,16 @@ def lying(run: InsRun, error: dict[str, Array]) -> dict[str, BoolArray]:
     return {what: wrong[what] & run.ready[:, i] for i, what in enumerate(FLAGS)}
 
 
-def _outcome(kind: str, name: str, run: InsRun, truth: Truth, without: dict[str, Array], begin_s: float, end_s: float) -> Outcome:
+def _shown(name: str, back_s: dict[str, float], *figures: Any) -> dict[str, Any]:
+    """One start with one fault. back_s: by name of GOOD, from when after the end of the fault on the error stays below it, infinite where it does
+    not; is_back: within RECOVERY_S; largest_m: horizontal error from the begin on; at_end: errors in the last row; shares of the time from the
+    begin to JUDGED_S after the end: lies, by name of LIES, beyond the protection levels (horizontal, vertical, heading), and ready (position and
+    heading)."""
+    names = ("largest_m", "at_end", "lies", "beyond", "ready")
+    return {"fault": name, "back_s": back_s, "is_back": max(back_s.values()) <= RECOVERY_S, **dict(zip(names, figures))}
+
+
+def _outcome(name: str, run: InsRun, truth: Truth, without: dict[str, Array], begin_s: float, end_s: float) -> dict[str, Any]:
     """Of a run in rows of EVERY, with the fault between these times of the truth. without: errors of the run without it."""
     error, t_s = errors(run, truth), truth.t_s[EVERY - 1 :: EVERY]
     met = (t_s > begin_s) & (t_s <= end_s + JUDGED_S)
@@ -379,12 +331,12 @@ def _outcome(kind: str, name: str, run: InsRun, truth: Truth, without: dict[str,
     largest = float(np.nanmax(error["position"][t_s > begin_s], initial=0.0))
     at_end = {what: float(error[what][-1]) for what in GOOD}
     ready = float(np.mean(run.ready[met, 1] & run.ready[met, 3]))
-    return Outcome(kind, name, back, largest, at_end, lies, (beyond[0], beyond[1], beyond[2]), ready)
+    return _shown(name, back, largest, at_end, lies, beyond, ready)
 
 
 def outcomes(
     kind: str, names: Sequence[str], runs: int, seed: int, workers: int, folder: Path | None = None
-) -> Iterator[list[Outcome]]:
+) -> Iterator[list[dict[str, Any]]]:
     """For each start, in their order, the faults of these names in FAULTS. folder: of the recorded flight, for the kind FLIGHT."""
     starts: Sequence[float] = starts_of(seed, runs)
     if kind == FLIGHT:
@@ -395,35 +347,30 @@ def outcomes(
 # --------------------------------------------------------------------------------------------- hindsight
 
 
-@dataclass(frozen=True)
-class InHindsight:
-    """Filter and smoother over the same samples with a fault; by name of LIES."""
-
-    rms: dict[str, tuple[float, float]]
-    """Errors of filter and smoother over the rows in which both know them, in m, rad and m/s."""
-    lies: dict[str, tuple[float, float]]
-    """Shares of all rows."""
+Both = dict[str, tuple[float, float]]
+"""By name of FLAGS, of filter and smoother."""
 
 
-def in_hindsight(drive: Drive, name: str) -> InHindsight:
-    """Raises HnavRuntimeError where the filter fails."""
+def in_hindsight(drive: Drive, name: str) -> tuple[Both, Both]:
+    """Filter and smoother over the same samples with a fault: root mean squares of errors over the rows in which both know them, in m, rad and m/s,
+    and the shares of all rows that are ready and wrong. Raises HnavRuntimeError where the filter fails."""
     spoilt, _, _ = drive.with_fault(name)
     runs = [drive.run(spoilt, smooth) for smooth in (False, True)]
     found = [errors(run, drive.truth) for run in runs]
-    rms = {}
+    rms, lies = {}, {}
+    wrong = [lying(run, error) for run, error in zip(runs, found)]
     for what in FLAGS:
         both = np.isfinite(found[0][what]) & np.isfinite(found[1][what])
         before, after = (float(np.sqrt(np.mean(error[what][both] ** 2))) for error in found)
-        rms[what] = before, after
-    shares = [{what: float(np.mean(rows)) for what, rows in lying(run, error).items()} for run, error in zip(runs, found)]
-    return InHindsight(rms, {what: (shares[0][what], shares[1][what]) for what in FLAGS})
+        rms[what], lies[what] = (before, after), (float(np.mean(wrong[0][what])), float(np.mean(wrong[1][what])))
+    return rms, lies
 
 
-def hindsights(kind: str, names: Sequence[str], runs: int, seed: int, workers: int) -> Iterator[list[InHindsight]]:
+def hindsights(kind: str, names: Sequence[str], runs: int, seed: int, workers: int) -> Iterator[list[tuple[Both, Both]]]:
     """For each start of a simulated body, in their order, the faults of these names in FAULTS."""
     return in_order(partial(_in_hindsight, kind, tuple(names)), starts_of(seed, runs), workers)
 
 
-def _in_hindsight(kind: str, names: Sequence[str], start: int) -> list[InHindsight]:
+def _in_hindsight(kind: str, names: Sequence[str], start: int) -> list[tuple[Both, Both]]:
     drive = simulated(kind, start)
     return [in_hindsight(drive, name) for name in names]
