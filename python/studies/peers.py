@@ -54,8 +54,7 @@ def cross(v: np.ndarray) -> np.ndarray:
 
 def turned(v: np.ndarray) -> np.ndarray:
     """... x 3 x 3 of rotation vectors."""
-    matrices: np.ndarray = Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix().reshape(*v.shape, 3)
-    return matrices
+    return np.asarray(Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix().reshape(*v.shape, 3))
 
 
 def swap(M: np.ndarray) -> np.ndarray:
@@ -175,8 +174,7 @@ def floored(P: np.ndarray) -> np.ndarray:
     """Symmetric, with eigenvalues of at least 1e-9 of the largest."""
     values, vectors = np.linalg.eigh(0.5 * (P + swap(P)))
     values = np.maximum(values, 1e-9 * values[:, -1:])
-    positive: np.ndarray = (vectors * values[:, None, :]) @ swap(vectors)
-    return positive
+    return np.asarray((vectors * values[:, None, :]) @ swap(vectors))
 
 
 PEERS: dict[str, Peer] = {

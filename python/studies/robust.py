@@ -147,8 +147,7 @@ def estimate(run: Run, settings: Mapping[str, Any], wrong_rad: np.ndarray) -> tu
 
 def start_error(seed: int) -> np.ndarray:
     """3, with the stated sigma of .05 rad."""
-    error: np.ndarray = 0.05 * np.random.default_rng(10_000 + seed).normal(size=3)
-    return error
+    return np.asarray(0.05 * np.random.default_rng(10_000 + seed).normal(size=3))
 
 
 Settings = Mapping[str, Any]
@@ -195,8 +194,7 @@ def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], assum
     R = peer(rate, y, runs[0].t_s[1] - runs[0].t_s[0], Rotation.concatenate(starts), assumed)
     true = np.stack([run.attitude.as_matrix() for run in runs])
     angle = Rotation.from_matrix((swap(R) @ true).reshape(-1, 3, 3)).magnitude()
-    errors: np.ndarray = np.degrees(angle).reshape(len(runs), -1)
-    return errors
+    return np.asarray(np.degrees(angle).reshape(len(runs), -1))
 
 
 def measurements_table(seeds: int) -> Table:

@@ -107,8 +107,7 @@ def free_rates(record: GainRecord) -> np.ndarray:
     L = np.linalg.cholesky(np.stack([c.P[1:, 1:] for c in record.corrections]))
     M = np.stack([c.M[1:, 1:] for c in record.corrections])
     factor = np.linalg.norm(np.linalg.solve(L[1:], M[1:] @ L[:-1]), 2, axis=(1, 2))
-    rates: np.ndarray = -np.log(factor) / np.array([c.interval_s for c in record.corrections[1:]])
-    return rates
+    return np.asarray(-np.log(factor) / np.array([c.interval_s for c in record.corrections[1:]]))
 
 
 def printed_theorem(record: GainRecord) -> PrintedTheorem:
@@ -300,8 +299,7 @@ def _search(found: Certificate, inequality: SampledDataInequality, progress: Pro
 
 def spectral_radii(inequality: SampledDataInequality) -> np.ndarray:
     """Of the linear error map of every window."""
-    radii: np.ndarray = np.abs(np.linalg.eigvals(inequality.windows.products(inequality.M))).max(axis=1)
-    return radii
+    return np.asarray(np.abs(np.linalg.eigvals(inequality.windows.products(inequality.M))).max(axis=1))
 
 
 def unit(found: Certificate) -> str:

@@ -58,8 +58,7 @@ class Correction:
     @cached_property
     def IKH(self) -> np.ndarray:
         """7 x 7: I - K H."""
-        kept: np.ndarray = self.turn - self.K @ self.H
-        return kept
+        return np.asarray(self.turn - self.K @ self.H)
 
     @cached_property
     def J(self) -> np.ndarray:
@@ -69,8 +68,7 @@ class Correction:
     @cached_property
     def M(self) -> np.ndarray:
         """7 x 7: the linear error map from just after one correction to just after the next."""
-        map: np.ndarray = self.J @ self.IKH @ self.Phi
-        return map
+        return np.asarray(self.J @ self.IKH @ self.Phi)
 
 
 @dataclass(frozen=True)

@@ -186,8 +186,7 @@ class HrekfEquations:
         """3 x 3, about the internal navigation axes: theta = 2 vec(dq (x) conj(q))."""
         conjugate = self.q * [1, -1, -1, -1]
         T = np.stack([2 * quaternion_product(e, conjugate)[1:] for e in np.eye(4)], axis=1)
-        covariance: Numbers = T @ self.P[:4, :4] @ T.T
-        return covariance
+        return np.asarray(T @ self.P[:4, :4] @ T.T)
 
     # ----------------------------------------------------------------------------------------- flow
 

@@ -120,8 +120,7 @@ Solution = tuple[np.ndarray, np.ndarray, float]
 def symmetric(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """m x Z x Z: the quadratic forms a'b of linear forms a, b (m x rows x Z)."""
     product = np.swapaxes(a, 1, 2) @ b
-    form: np.ndarray = 0.5 * (product + np.swapaxes(product, 1, 2))
-    return form
+    return np.asarray(0.5 * (product + np.swapaxes(product, 1, 2)))
 
 
 def multipliers_hold(tau: np.ndarray) -> bool:

@@ -54,18 +54,15 @@ class DenseBlocks:
     constant: np.ndarray
 
     def value(self, x: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.einsum("kabi,ki->kab", self.F, x[self.unknowns])
-        return found
+        return np.asarray(np.einsum("kabi,ki->kab", self.F, x[self.unknowns]))
 
     def adjoint(self, Z: np.ndarray) -> np.ndarray:
-        found: np.ndarray = np.einsum("kabi,kab->ki", self.F, Z)
-        return found
+        return np.asarray(np.einsum("kabi,kab->ki", self.F, Z))
 
     def products(self, Y: np.ndarray, Z: np.ndarray) -> np.ndarray:
         F = np.moveaxis(self.F, -1, 1)
         flat, turned = F.reshape(*F.shape[:2], -1), (Z[:, None] @ F @ Y[:, None]).reshape(*F.shape[:2], -1)
-        found: np.ndarray = flat @ np.swapaxes(turned, 1, 2)
-        return found
+        return np.asarray(flat @ np.swapaxes(turned, 1, 2))
 
 
 class CorrectionBlocks:
@@ -85,13 +82,11 @@ class CorrectionBlocks:
         P = (here[:, : 2 * elements].reshape(-1, 2, elements) @ BASIS.T).reshape(-1, 2, N, N)
         S = self.S
         both = np.swapaxes(S, 2, 3) @ P @ S
-        found: np.ndarray = both[:, 0] - both[:, 1] + np.einsum("ki,kiab->kab", here[:, 2 * elements :], self.minus_forms)
-        return found
+        return np.asarray(both[:, 0] - both[:, 1] + np.einsum("ki,kiab->kab", here[:, 2 * elements :], self.minus_forms))
 
     def _of_both(self, S_Z_S: np.ndarray) -> np.ndarray:
         """tr(E_i S Z S'), ... x 2 x elements, of S Z S' (... x 2 x N x N)."""
-        found: np.ndarray = self.sign[:, None] * (S_Z_S.reshape(*S_Z_S.shape[:-2], N * N) @ BASIS)
-        return found
+        return np.asarray(self.sign[:, None] * (S_Z_S.reshape(*S_Z_S.shape[:-2], N * N) @ BASIS))
 
     def adjoint(self, Z: np.ndarray) -> np.ndarray:
         m = len(Z)
@@ -123,8 +118,7 @@ class CorrectionBlocks:
 
 def symmetric_part(A: np.ndarray) -> np.ndarray:
     """Of matrices on the last two axes."""
-    found: np.ndarray = 0.5 * (A + np.swapaxes(A, -1, -2))
-    return found
+    return np.asarray(0.5 * (A + np.swapaxes(A, -1, -2)))
 
 
 def _longest_step(A: list[np.ndarray], dA: list[np.ndarray]) -> float:

@@ -44,13 +44,11 @@ class Windows:
 
     def ends(self) -> np.ndarray:
         """The last correction of every window that ended."""
-        found: np.ndarray = np.flatnonzero(self.after == 0)
-        return found
+        return np.flatnonzero(self.after == 0)
 
     def begins(self) -> np.ndarray:
         """The first correction of every window that ended."""
-        found: np.ndarray = np.r_[0, self.ends()[:-1] + 1]
-        return found
+        return np.asarray(np.r_[0, self.ends()[:-1] + 1])
 
     def products(self, M: np.ndarray) -> np.ndarray:
         """windows x 6 x 6: the error map of every window that ended. M: m x 6 x 6, of the corrections."""

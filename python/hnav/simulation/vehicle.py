@@ -60,8 +60,7 @@ class Drive:
     @property
     def heading_rad(self) -> Array:
         """n: of body x, clockwise from north."""
-        heading: Array = euler_rad(self.q_nb)[:, 2]
-        return heading
+        return np.asarray(euler_rad(self.q_nb)[:, 2])
 
 
 class Vehicle(LibraryObject):

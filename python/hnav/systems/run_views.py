@@ -53,8 +53,7 @@ class Estimate:
     @property
     def error_deg(self) -> np.ndarray:
         """As error_rad, in deg; NaN in a run without truth."""
-        error: np.ndarray = np.full((len(self.run.t_s), 3), np.nan) if self.error_rad is None else np.degrees(self.error_rad)
-        return error
+        return np.full((len(self.run.t_s), 3), np.nan) if self.error_rad is None else np.degrees(self.error_rad)
 
     @cached_property
     def nees(self) -> np.ndarray | None:

@@ -51,8 +51,7 @@ class Turntable:
         """Triangle averaged over a window of rounding_s."""
         window = np.linspace(-0.5, 0.5, 41) * self.rounding_s
         turn = 2 * np.pi * (t_s[:, None] + window) / self.period_s
-        yaw: np.ndarray = np.radians(self.amplitude_deg) * (2 / np.pi * np.arcsin(np.sin(turn))).mean(axis=1)
-        return yaw
+        return np.asarray(np.radians(self.amplitude_deg) * (2 / np.pi * np.arcsin(np.sin(turn))).mean(axis=1))
 
     def run(self, duration_s: float, seed: int) -> Experiment:
         """Samples every 10 ms from 0 to duration_s."""

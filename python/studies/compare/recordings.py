@@ -112,8 +112,7 @@ def trial(number: int) -> Array:
     """The first minute of a trial."""
     data = read(trials()[number])
     arrays = (data.t_s, data.rate_b_rad_s, data.force_b_m_s2, 1e6 * data.needed("field_b_tesla"))
-    rows: Array = np.column_stack(arrays)[data.t_s < CUT_S]
-    return rows
+    return np.asarray(np.column_stack(arrays)[data.t_s < CUT_S])
 
 
 @cache
@@ -132,8 +131,7 @@ def tumbling() -> Array:
     field = attitude.apply([20.0, 1.0, 45.0] + false_field, inverse=True) + 0.2 * rng.normal(size=(n, 3))
     rate = w + [0.01, -0.02, 0.005] + 0.003 * rng.normal(size=(n, 3))
     field[rng.random(n) < 0.1], force[rng.random(n) < 0.05] = np.nan, np.nan
-    rows: Array = np.column_stack([t, rate, force, field])
-    return rows
+    return np.asarray(np.column_stack([t, rate, force, field]))
 
 
 @cache

@@ -116,9 +116,7 @@ def sigma_of(name: str, columns: Columns) -> NDArray[Any] | None:
 def _unequal(before: NDArray[Any], after: NDArray[Any]) -> NDArray[Any]:
     """Equal bit for bit; all NaN are equal."""
     if before.dtype.kind != "f" or after.dtype != before.dtype:
-        differ: NDArray[Any] = np.asarray((before != after) & ~((before != before) & (after != after)))
-        return differ
+        return np.asarray((before != after) & ~((before != before) & (after != after)))
     bits = np.dtype(f"u{before.dtype.itemsize}")
     same = np.ascontiguousarray(before).view(bits) == np.ascontiguousarray(after).view(bits)
-    unequal: NDArray[Any] = ~(same.reshape(before.shape) | (np.isnan(before) & np.isnan(after)))
-    return unequal
+    return np.asarray(~(same.reshape(before.shape) | (np.isnan(before) & np.isnan(after))))

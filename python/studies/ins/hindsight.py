@@ -70,5 +70,4 @@ def summary(of: Sequence[Array]) -> Array:
     means[..., 3:] = np.minimum(means[..., 3:], 50)
     there = np.isfinite(means)
     mean = np.where(there, means, 0).sum(axis=0) / np.where(there.any(axis=0), there.sum(axis=0), np.nan)
-    figures: Array = np.concatenate([np.sqrt(mean[..., :3]) * [180 / np.pi, 180 / np.pi, 1], mean[..., 3:]], axis=-1)
-    return figures
+    return np.asarray(np.concatenate([np.sqrt(mean[..., :3]) * [180 / np.pi, 180 / np.pi, 1], mean[..., 3:]], axis=-1))

@@ -30,8 +30,7 @@ Levels = Callable[[], float]
 def smooth(values: Array, samples: int) -> Array:
     """A mean over so many samples on either side, with soft edges."""
     window = np.hanning(2 * samples + 1)[1:-1]
-    smoothed: Array = convolve1d(values, window / window.sum(), mode="nearest")
-    return smoothed
+    return np.asarray(convolve1d(values, window / window.sum(), mode="nearest"))
 
 
 def stairs(rng: np.random.Generator, t: Array, levels: Levels, hold_s: tuple[float, float]) -> Array:
@@ -55,8 +54,7 @@ def _along(speed: Array, heading: Array, climb: Array, roll: Array, pitch: Array
 
 
 def _course(rng: np.random.Generator, rate: Array) -> Array:
-    heading: Array = rng.uniform(-np.pi, np.pi) + np.cumsum(rate) / RATE_HZ
-    return heading
+    return np.asarray(rng.uniform(-np.pi, np.pi) + np.cumsum(rate) / RATE_HZ)
 
 
 def car(rng: np.random.Generator, t: Array) -> Motion:
@@ -179,15 +177,13 @@ def rest(rng: np.random.Generator, t: Array, swaying: float = 1.0, vibration_m_s
 
     def sway(size: float) -> Array:
         waves = [rng.standard_normal() * np.sin(2 * np.pi * f * t + rng.uniform(0, 6)) for f in (0.15, 0.4, 1.1, 3.0)]
-        swayed: Array = swaying * size * np.sum(waves, axis=0)
-        return swayed
+        return np.asarray(swaying * size * np.sum(waves, axis=0))
 
     def shaken(order: int) -> Array:
         """Its derivative of this order has the root mean square that is asked for."""
         rates = 2 * np.pi * np.array([11.3, 19.7, 31.1, 43.9])
         waves = [np.sin(w * t + rng.uniform(0, 6)) / w**order for w in rates]
-        shook: Array = vibration_m_s2 / np.sqrt(2) * np.sum(waves, axis=0)
-        return shook
+        return np.asarray(vibration_m_s2 / np.sqrt(2) * np.sum(waves, axis=0))
 
     speed, roll, pitch = sway(2e-3), rng.uniform(-0.1, 0.1) + sway(3e-4), rng.uniform(-0.1, 0.1) + sway(3e-4)
     heading = rng.uniform(-np.pi, np.pi) + sway(3e-4)

@@ -75,8 +75,7 @@ class Truth:
         """n: of body x, clockwise from north."""
         axes = earth.axes_at(earth.place_of(self.position_e))
         ahead = np.einsum("nij,ni->nj", axes, self.attitude_e.apply([1.0, 0, 0]))
-        heading: Array = np.arctan2(ahead[:, 1], ahead[:, 0])
-        return heading
+        return np.asarray(np.arctan2(ahead[:, 1], ahead[:, 0]))
 
 
 @dataclass(frozen=True)
@@ -155,8 +154,7 @@ def _mean_turn(turn: Array) -> Array:
     x, y, z = turn.T
     K[:, 0, 1], K[:, 0, 2], K[:, 1, 0], K[:, 1, 2], K[:, 2, 0], K[:, 2, 1] = -z, y, z, -x, -y, x
     K2 = K @ K
-    mean: Array = np.eye(3) + K / 2 + K2 / 6 + K @ K2 / 24 + K2 @ K2 / 120
-    return mean
+    return np.asarray(np.eye(3) + K / 2 + K2 / 6 + K @ K2 / 24 + K2 @ K2 / 120)
 
 
 def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) -> tuple[Array, Array]:
@@ -165,8 +163,7 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) ->
     def noise(white: float, start: float, walk: float) -> Array:
         n = len(rate)
         bias = start * rng.standard_normal(3) + np.cumsum(walk * RATE_HZ**-0.5 * rng.standard_normal((n, 3)), axis=0)
-        noisy: Array = bias + white * RATE_HZ**0.5 * rng.standard_normal((n, 3))
-        return noisy
+        return np.asarray(bias + white * RATE_HZ**0.5 * rng.standard_normal((n, 3)))
 
     axes = np.eye(3) + np.diag(grade.start_sigma_gyro_scale * rng.standard_normal(3))
     axes += grade.gyro_scale * rng.standard_normal((3, 3)) * (1 - np.eye(3))
@@ -243,5 +240,4 @@ def _fading(rng: np.random.Generator, n: int, sigma: float, samples: float) -> A
     """n x 3 of a Gauss-Markov error that fades within so many samples."""
     keep = np.exp(-1 / samples)
     drive = np.vstack([sigma * rng.standard_normal((1, 3)), sigma * np.sqrt(1 - keep**2) * rng.standard_normal((n - 1, 3))])
-    faded: Array = lfilter([1], [1, -keep], drive, axis=0)
-    return faded
+    return np.asarray(lfilter([1], [1, -keep], drive, axis=0))

@@ -37,8 +37,7 @@ class Model:
         return x @ self.F.T + self.B @ u, self.F @ P @ self.F.T + self.Q
 
     def innovation_covariance(self, P: np.ndarray, R: np.ndarray) -> np.ndarray:
-        S: np.ndarray = self.H @ P @ self.H.T + R[..., None] * np.eye(self.n)
-        return S
+        return np.asarray(self.H @ P @ self.H.T + R[..., None] * np.eye(self.n))
 
     def correct(self, x: np.ndarray, P: np.ndarray, z: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """R: runs x n variances."""
@@ -49,8 +48,7 @@ class Model:
 
     def expected(self, P: np.ndarray) -> np.ndarray:
         """Variance of each channel without white noise."""
-        variance: np.ndarray = np.einsum("ij,njk,ik->ni", self.H, P, self.H)
-        return variance
+        return np.asarray(np.einsum("ij,njk,ik->ni", self.H, P, self.H))
 
 
 class Peer(ABC):
@@ -81,14 +79,12 @@ class Matched(Peer):
     def noise(self, square: np.ndarray) -> np.ndarray:
         self.window.append(square)
         full = len(self.window) == self.window.maxlen
-        found: np.ndarray = np.mean(self.window, axis=0) - self.m.expected(self.P) if full else self.m.r + 0 * square
-        return found
+        return np.asarray(np.mean(self.window, axis=0) - self.m.expected(self.P) if full else self.m.r + 0 * square)
 
     def correct(self, z: np.ndarray) -> np.ndarray:
         R = np.maximum(self.m.r, self.noise((z - self.x @ self.m.H.T) ** 2))
         self.x, self.P = self.m.correct(self.x, self.P, z, R)
-        factor: np.ndarray = R / self.m.r
-        return factor
+        return np.asarray(R / self.m.r)
 
 
 class SageHusa(Matched):
@@ -120,8 +116,7 @@ class Variational(Peer):
             x, P = self.m.correct(self.x, self.P, z, R)
             rate = before + 0.5 * ((z - x @ self.m.H.T) ** 2 + self.m.expected(P))
         self.x, self.P, self.rate = x, P, rate
-        factor: np.ndarray = R / self.m.r
-        return factor
+        return np.asarray(R / self.m.r)
 
 
 class Multiple(Peer):

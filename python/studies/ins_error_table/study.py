@@ -72,8 +72,7 @@ class Result:
 
     def rmse(self, window: slice) -> np.ndarray:
         """runs x n"""
-        rms: np.ndarray = np.sqrt(np.mean(self.error[:, window] ** 2, axis=1))
-        return rms
+        return np.asarray(np.sqrt(np.mean(self.error[:, window] ** 2, axis=1)))
 
 
 def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
@@ -153,8 +152,7 @@ def compare(
 
 
 def in_display_units(aircraft: Aircraft, values: np.ndarray) -> np.ndarray:
-    shown: np.ndarray = values * np.array([c.display_factor for c in aircraft.channels])
-    return shown
+    return np.asarray(values * np.array([c.display_factor for c in aircraft.channels]))
 
 
 def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> pd.DataFrame:
@@ -190,14 +188,12 @@ def scaled(plane: Aircraft, factors: Sequence[Sequence[float] | np.ndarray], int
 
 def rmse_ratio(one: dict[str, Result]) -> np.ndarray:
     """n: RMSE of the AMDKF over that of the MDKF in the fault, by channel."""
-    ratio: np.ndarray = one[PAPER].rmse(FAULT).mean(0) / one["MDKF"].rmse(FAULT).mean(0)
-    return ratio
+    return np.asarray(one[PAPER].rmse(FAULT).mean(0) / one["MDKF"].rmse(FAULT).mean(0))
 
 
 def wins(one: dict[str, Result], ours: str, theirs: str) -> np.ndarray:
     """n: whether ours has the smaller error in the fault, by channel."""
-    better: np.ndarray = one[ours].rmse(FAULT).mean(0) < one[theirs].rmse(FAULT).mean(0)
-    return better
+    return np.asarray(one[ours].rmse(FAULT).mean(0) < one[theirs].rmse(FAULT).mean(0))
 
 
 # --------------------------------------------------------------------------------------------- tables

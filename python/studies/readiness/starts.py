@@ -31,8 +31,7 @@ class Wave(NamedTuple):
     phase_rad: np.ndarray
 
     def __call__(self, t_s: np.ndarray) -> np.ndarray:
-        value: np.ndarray = np.sin(np.multiply.outer(t_s, self.pulsation_rad_s) + self.phase_rad) @ self.amplitude
-        return value
+        return np.asarray(np.sin(np.multiply.outer(t_s, self.pulsation_rad_s) + self.phase_rad) @ self.amplitude)
 
 
 def draw_wave(rng: np.random.Generator, amplitude: Range, frequency_hz: Range, terms: int = 3) -> Wave:
@@ -73,8 +72,7 @@ class Motion:
 
     def size(self, t_s: np.ndarray) -> np.ndarray:
         x = np.clip(t_s - self.begin_s, 0, 1)
-        size: np.ndarray = x * x * (3 - 2 * x)
-        return size
+        return np.asarray(x * x * (3 - 2 * x))
 
     def attitude(self, t_s: np.ndarray) -> Rotation:
         """Body to east-north-up."""
@@ -83,8 +81,7 @@ class Motion:
 
     def acceleration(self, t_s: np.ndarray) -> np.ndarray:
         """n x 3, in east-north-up."""
-        acceleration: np.ndarray = np.stack([wave(t_s) for wave in self.acceleration_m_s2], axis=1) * self.size(t_s)[:, None]
-        return acceleration
+        return np.asarray(np.stack([wave(t_s) for wave in self.acceleration_m_s2], axis=1) * self.size(t_s)[:, None])
 
 
 def draw_motion(rng: np.random.Generator, kind: Kind) -> Motion:
