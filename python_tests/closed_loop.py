@@ -47,14 +47,14 @@ class ClosedLoop:
     def step(self, t_s: float, step_s: float) -> None:
         """From t_s on: each FMU gets the outputs of the others at t_s, then all step."""
         table, sensor = self.fmus["turntable"], self.fmus["sensor"]
-        table.get_reals(self.truth_from, self.truth)
-        sensor.get_reals(self.reals_from, self.reals)
+        table.crossing("Get", "real", self.truth_from, self.truth)()
+        sensor.crossing("Get", "real", self.reals_from, self.reals)()
         f = sensor.fmu
         sensor.call(f.fmi2GetInteger, f.component, self.counters_from, len(COUNTERS), self.counters)
-        sensor.set_reals(self.truth_to, self.truth)
+        sensor.crossing("Set", "real", self.truth_to, self.truth)()
         for name in self.filters:
-            self.fmus[name].set_reals(self.reals_to[name], self.reals)
-            self.fmus[name].set_integers(self.counters_to[name], self.counters)
+            self.fmus[name].crossing("Set", "real", self.reals_to[name], self.reals)()
+            self.fmus[name].crossing("Set", "integer", self.counters_to[name], self.counters)()
         for fmu in self.fmus.values():
             fmu.do_step(t_s, step_s)
 
@@ -67,7 +67,7 @@ class ClosedLoop:
         for k in range(steps):
             self.step(k * step_s, (k + 1) * step_s - k * step_s)
             for name in outputs:
-                self.fmus[name].get_reals(places[name], values[name])
+                self.fmus[name].crossing("Get", "real", places[name], values[name])()
                 rows[name][k] = values[name]
         return rows | {"time": step_s * np.arange(1, steps + 1)}
 

@@ -94,7 +94,7 @@ class Importer:
 
     def read_outputs(self) -> list[float]:
         values = (C.c_double * len(self.outputs))()
-        self.fmu.get_reals(self.outputs, values)
+        self.fmu.crossing("Get", "real", self.outputs, values)()
         return list(values)
 
     def write_parameters(self, mode: str) -> None:

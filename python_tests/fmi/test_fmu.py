@@ -522,14 +522,14 @@ def test_wrong_variables_are_named(version):
             fmu.set("robust.gamma", 2.0)
         unknown = (C.c_uint32 * 1)(99999)
         with pytest.raises(HnavError, match="99999"):
-            fmu.get_reals(unknown, (C.c_double * 1)())
+            fmu.crossing("Get", "real", unknown, (C.c_double * 1)())()
         mixed = fmu.references(["gyro.rate[1]", "att.q[1]"])
         with pytest.raises(HnavError, match="att.q"):
-            fmu.set_reals(mixed, (C.c_double * 2)(7.0, 1.0))
+            fmu.crossing("Set", "real", mixed, (C.c_double * 2)(7.0, 1.0))()
         assert fmu.get("gyro.rate[1]") == 0.0  # a refused call changes nothing
         wrong_type = fmu.references(["gyro.sample"])
         with pytest.raises(HnavError, match="gyro.sample"):
-            fmu.get_reals(wrong_type, (C.c_double * 1)())
+            fmu.crossing("Get", "real", wrong_type, (C.c_double * 1)())()
         f = fmu.fmu
         good = fmu.references(["att.q[1]"])
         with pytest.raises(HnavError, match="null"):

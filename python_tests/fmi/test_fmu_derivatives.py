@@ -103,7 +103,7 @@ class Pairs:
     def values(self, x: np.ndarray) -> np.ndarray:
         self.fmu.fmu.setContinuousStates((C.c_double * len(x))(*x), len(x))
         out = (C.c_double * len(self.unknowns))()
-        self.fmu.get_reals((C.c_uint32 * len(out))(*self.unknowns), out)
+        self.fmu.crossing("Get", "real", (C.c_uint32 * len(out))(*self.unknowns), out)()
         return np.array(out)
 
     def differences(self) -> tuple[np.ndarray, np.ndarray]:

@@ -422,7 +422,7 @@ def long_record(parameters: dict, steps: int, period_s: float) -> np.ndarray:
         f = fmu.fmu
         for k in range(steps):
             f.fmi2DoStep(f.component, k * period_s, (k + 1) * period_s - k * period_s, 0)
-            fmu.get_reals(references, values)
+            fmu.crossing("Get", "real", references, values)()
             rows[k] = values
     return rows
 

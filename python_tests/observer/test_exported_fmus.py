@@ -155,7 +155,7 @@ def test_a_state_that_is_not_declared_as_a_dependency_changes_nothing(exported, 
         def values(x):
             fmu.fmu.setContinuousStates((C.c_double * len(x))(*x), len(x))
             out = (C.c_double * len(real))()
-            fmu.get_reals(references, out)
+            fmu.crossing("Get", "real", references, out)()
             return np.array(out)
 
         x = np.random.default_rng(1).uniform(0.01, 0.02, len(states))

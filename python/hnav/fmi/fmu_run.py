@@ -7,7 +7,6 @@ by one, in buffers that are made once.
 
 from __future__ import annotations
 
-import ctypes as C
 import time
 from collections.abc import Mapping
 from typing import Protocol
@@ -128,18 +127,15 @@ class _Samples:
         self._fresh = np.stack([~np.isnan(a).all(axis=1) for a in arrays], axis=1)  # n x sensors
         self.present = self._fresh if speeds is None else self._fresh[:, :-1]  # without the speed
         names += [f"{s}.t_meas" for s in sensors]
-        self._fmu, self._references, self._inputs = fmu, fmu.references(names), (C.c_double * len(names))()
-        self._counter_references = fmu.references(f"{s}.sample" for s in sensors)
-        self._counters = (C.c_int32 * len(sensors))()
+        self._set_inputs, self._inputs = fmu.block("Set", "real", names)
+        self._set_counters, self._counters = fmu.block("Set", "integer", [f"{s}.sample" for s in sensors])
         self._values = np.concatenate([*arrays, np.repeat(recording.t_s[:, None], len(sensors), axis=1)], axis=1)
-        # The ctypes arrays and the NumPy arrays share memory.
-        self._input_view, self._counter_view = np.ctypeslib.as_array(self._inputs), np.ctypeslib.as_array(self._counters)
 
     def deliver(self, row: int) -> None:
-        self._input_view[:] = self._values[row]
-        np.add(self._counter_view, self._fresh[row], out=self._counter_view)
-        self._fmu.set_reals(self._references, self._inputs)
-        self._fmu.set_integers(self._counter_references, self._counters)
+        self._inputs[:] = self._values[row]
+        np.add(self._counters, self._fresh[row], out=self._counters)
+        self._set_inputs()
+        self._set_counters()
 
 
 class _Estimates:
@@ -147,21 +143,16 @@ class _Estimates:
 
     def __init__(self, fmu: Fmu, n: int):
         names = [f"{name}[{i}]" for name, size in OUTPUTS for i in range(1, size + 1)] + ["nis.accel", "nis.mag"]
-        self._fmu, self._references, self._outputs = fmu, fmu.references(names), (C.c_double * len(names))()
-        self._flag_references, self._flags_now = fmu.references(FLAGS), (fmu.boolean_type * len(FLAGS))()
-        self._health_references, self._health_now = fmu.references(HEALTH), (fmu.enumeration_type * len(HEALTH))()
-        self._view = np.ctypeslib.as_array(self._outputs)
         self._table = np.full((n, len(names)), np.nan)
         self._flags = np.zeros((n, len(FLAGS)), bool)
         self._health = empty_run(np.empty(n)).health
+        parts = (("real", names, self._table), ("boolean", FLAGS, self._flags), ("enumeration", HEALTH, self._health))
+        self._parts = [(*fmu.block("Get", kind, of_kind), columns) for kind, of_kind, columns in parts]
 
     def note(self, row: int) -> None:
-        self._fmu.get_reals(self._references, self._outputs)
-        self._fmu.get_booleans(self._flag_references, self._flags_now)
-        self._fmu.get_enumerations(self._health_references, self._health_now)
-        self._table[row] = self._view
-        self._flags[row] = self._flags_now
-        self._health[row] = self._health_now
+        for get, values, columns in self._parts:
+            get()
+            columns[row] = values
 
     def result(
         self, recording: Recording, present: np.ndarray, engine: str, us_per_sample: float, counts: dict[str, int]

@@ -6,11 +6,12 @@ import ctypes as C
 import errno
 import shutil
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import fmpy
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
@@ -34,6 +35,10 @@ _TYPES = {
     "boolean": ("Boolean", "Boolean"),
     "enumeration": ("Integer", "Int64"),
 }
+_ELEMENTS: dict[str, tuple[Any, Any]] = {
+    "real": (C.c_double, C.c_double), "integer": (C.c_int32, C.c_int32),
+    "boolean": (C.c_int32, C.c_bool), "enumeration": (C.c_int32, C.c_int64),
+}  # fmt: skip
 _SINGLE = ("Real", "Float64", "Boolean", "String", "Int32")
 # Calls that set or get many variables, in FMI 2 and in FMI 3: references, how many, values, and how many once more.
 _CROSSINGS = (
@@ -167,27 +172,10 @@ class Fmu:
         numbers = [self._variable(name).valueReference for name in names]
         return (C.c_uint32 * len(numbers))(*numbers)
 
-    def _many(self, verb: str, kind: str, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
-        n, function = len(references), self._call_of(f"{verb}{_TYPES[kind][self.fmi3]}")
-        sizes = (n, values, n) if self.fmi3 else (n, values)
-        self.call(function, self.fmu.component, references, *sizes)
-
-    def set_reals(self, references: C.Array[C.c_uint32], values: C.Array[C.c_double]) -> None:
-        self._many("Set", "real", references, values)
-
-    def get_reals(self, references: C.Array[C.c_uint32], values: C.Array[C.c_double]) -> None:
-        self._many("Get", "real", references, values)
-
-    def set_integers(self, references: C.Array[C.c_uint32], values: C.Array[C.c_int32]) -> None:
-        self._many("Set", "integer", references, values)
-
-    def get_booleans(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
-        """values: of the type boolean_type."""
-        self._many("Get", "boolean", references, values)
-
-    def get_enumerations(self, references: C.Array[C.c_uint32], values: C.Array[Any]) -> None:
-        """values: of the type enumeration_type."""
-        self._many("Get", "enumeration", references, values)
+    def block(self, verb: str, kind: str, names: Sequence[str]) -> tuple[Callable[[], None], np.ndarray]:
+        """As crossing, and NumPy's view of the values. kind boolean: c_bool in FMI 3, c_int32 in FMI 2."""
+        values = (_ELEMENTS[kind][self.fmi3] * len(names))()
+        return self.crossing(verb, kind, self.references(names), values), np.ctypeslib.as_array(values)
 
     def crossing(self, verb: str, kind: str, references: C.Array[C.c_uint32], values: C.Array[Any]) -> Callable[[], None]:
         """What sets or gets (verb: Set, Get) these variables of this instance, for loops: all is bound, and a call costs a
@@ -202,16 +190,6 @@ class Fmu:
                 raise self._refusal(f"{name} failed")
 
         return cross
-
-    @property
-    def enumeration_type(self) -> Any:
-        """The ctypes type of an array of enumerations: c_int64 in FMI 3, c_int32 in FMI 2."""
-        return C.c_int64 if self.fmi3 else C.c_int32
-
-    @property
-    def boolean_type(self) -> Any:
-        """The ctypes type of an array of booleans: c_bool in FMI 3, c_int32 in FMI 2."""
-        return C.c_bool if self.fmi3 else C.c_int32
 
     # ------------------------------------------------------------------------------------------- time
 

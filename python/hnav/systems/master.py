@@ -12,7 +12,6 @@ whole system lie in one vector, so that a connection is an index.
 
 from __future__ import annotations
 
-import ctypes as C
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -199,10 +198,10 @@ class _Part:
         for kind, names in self._read.items():
             to = [name for name in fed if _crosses_as(self.component.variables[name].kind) == kind]
             if to:
-                self._sets.append(_block(fmu, kind, to, np.array([fed[name] for name in to]), into=True))
+                self._sets.append(_Block(*fmu.block("Set", kind, to), np.array([fed[name] for name in to])))
             if names:
                 first = place[self.name, names[0]]
-                self._gets.append(_block(fmu, kind, names, slice(first, first + len(names)), into=False))
+                self._gets.append(_Block(*fmu.block("Get", kind, names), slice(first, first + len(names))))
 
     def step(self, now: np.ndarray, then: np.ndarray, t_s: float, step_s: float) -> None:
         begin = time.perf_counter()
@@ -223,14 +222,6 @@ class _Part:
 
 def _crosses_as(kind: str) -> str:
     return {"Real": "real", "Boolean": "boolean"}.get(kind, "integer")
-
-
-def _block(fmu: Fmu, kind: str, names: list[str], place: slice | np.ndarray, into: bool) -> _Block:
-    """into: writes to the FMU; else reads from it."""
-    element = {"real": C.c_double, "integer": C.c_int32, "boolean": fmu.boolean_type}[kind]
-    values = (element * len(names))()
-    cross = fmu.crossing("Set" if into else "Get", kind, fmu.references(names), values)
-    return _Block(cross, np.ctypeslib.as_array(values), place)
 
 
 def _matches(name: str, patterns: Sequence[str]) -> bool:
