@@ -55,7 +55,8 @@ def sphere(points: int = 500) -> np.ndarray:
 
 
 def answer(coverage: str, noise: float, outliers: float, seed: int) -> dict[str, Any] | None:
-    """Of one recording: error_deg and what was stated, gave_up: whether the rotation was given up, the note; None where the calibration is refused."""
+    """Of one recording: error_deg and what was stated, gave_up: whether the rotation was given up, the note; None where the
+    calibration is refused."""
     rng = np.random.default_rng(seed)
     soft = 0.1 * rng.normal(size=(3, 3))
     distortion = Rotation.from_rotvec(0.02 * rng.normal(size=3)).as_matrix() @ (np.eye(3) + 0.5 * (soft + soft.T))

@@ -61,8 +61,8 @@ def ratio(run: Run, options: Options) -> tuple[float, float]:
 
 
 def measured(case: tuple[str, float], seeds: int) -> dict[str, Any]:
-    """Of one mode (off: the HEKF) and rate, over the seeds: error and sigma in deg, seconds until below 3 deg, attenuation and its largest,
-    and the smallest gamma^2 of the seeds; infinite for never and for off."""
+    """Of one mode (off: the HEKF) and rate, over the seeds: error and sigma in deg, seconds until below 3 deg, attenuation and
+    its largest, and the smallest gamma^2 of the seeds; infinite for never and for off."""
     mode, rate = case
     runs = runs_of(seeds)
     errors, sigmas, seconds, ratios = [], [], [], []

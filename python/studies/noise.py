@@ -48,8 +48,8 @@ def at_rest(seed: int, grade: str, duration_s: float, rate_hz: float = 100.0) ->
 
 
 def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, tuple[float, float, float]]:
-    """By name of the parameter, over sensors and axes: shares of the true values that lie within 95 % and of those of which more than an upper
-    limit is stated, and the median of the estimates over the true value."""
+    """By name of the parameter, over sensors and axes: shares of the true values that lie within 95 % and of those of which more
+    than an upper limit is stated, and the median of the estimates over the true value."""
     found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):

@@ -242,8 +242,8 @@ def rates_table(seeds: int, rates_hz: tuple[float, ...] = (25.0, 100.0, 400.0)) 
 
 
 def adapted(claim: float, seeds: int, rate_hz: float = 50.0) -> tuple[float, ...]:
-    """Over seeds: the walk found over the true one (median, a tenth, nine tenths), and the bias error over the untouched filter's: rms over the
-    last twenty seconds, and the largest over windows of ten. claim: the stated walk over the true one."""
+    """Over seeds: the walk found over the true one (median, a tenth, nine tenths), and the bias error over the untouched
+    filter's: rms over the last twenty seconds, and the largest over windows of ten. claim: the stated walk over the true one."""
     walks, squares = [], []
     for seed in range(seeds):
         run = simulate(Scenario(), seed, ADAPTED_S, rate_hz)

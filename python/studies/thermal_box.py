@@ -132,8 +132,8 @@ def recorded(rng: np.random.Generator, hours: float) -> dict[str, Array]:
 
 
 def observed(plan: Plan, columns: dict[str, Array], hours: float, tuned: bool = True) -> dict[str, Any]:
-    """Of one recording: nis of each sensor, in the mean, with tuned noises; late_s, long_s: how late each lid was found, and how much longer than it
-    was open G_box was away; lids that were missed, and times that it was away without one (false)."""
+    """Of one recording: nis of each sensor, in the mean, with tuned noises; late_s, long_s: how late each lid was found, and how
+    much longer than it was open G_box was away; lids that were missed, and times that it was away without one (false)."""
     t_s = columns["time"]
     sensors = {name: columns[name] for name in plan.sensors}
     inputs = {name: columns[known.column] for name, known in plan.inputs.items()}

@@ -129,8 +129,9 @@ def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
 
 
 def summary(rows: Iterable[Row]) -> list[Any]:
-    """A line with the names of a row for each set and filter, in the order of the rows: plain means over the trials that did not fail, the
-    median of the time, undisturbed_deg and disturbed_deg of such trials alone, and how many trials and failures; NaN without trials."""
+    """A line with the names of a row for each set and filter, in the order of the rows: plain means over the trials that did not
+    fail, the median of the time, undisturbed_deg and disturbed_deg of such trials alone, and how many trials and failures; NaN
+    without trials."""
     table = pd.DataFrame(map(vars, rows))
     table["undisturbed_deg"] = table.total_deg.where(~table.disturbed)
     table["disturbed_deg"] = table.total_deg.where(table.disturbed)

@@ -86,9 +86,9 @@ def judge(samples: Samples, run: Run, heading: bool) -> tuple[float, float, floa
 
 
 def recoveries(seeds: Sequence[int], event: str, filter: str, settings: Mapping[str, str]) -> pd.DataFrame:
-    """The event for each seed. settled_s: from its end until the error stays within SETTLED_DEG; peer_settled_s: of the complementary filter, NaN
-    when it is the heading that suffers; false_share: of the samples from its begin to WATCHED_S after its end; noticed_s: from its begin until
-    the flag was down. Times are infinite for never. Raises HnavError."""
+    """The event for each seed. settled_s: from its end until the error stays within SETTLED_DEG; peer_settled_s: of the
+    complementary filter, NaN when it is the heading that suffers; false_share: of the samples from its begin to WATCHED_S after
+    its end; noticed_s: from its begin until the flag was down. Times are infinite for never. Raises HnavError."""
     heading, options = EVENTS[event].heading, options_of(filter, settings)
     given = [simulated(event, seed) for seed in seeds]
     runs = (Filter(options).run(s.t_s, s.rate, s.force, s.field, only=("q_nb", "sigma_rad", "ready")) for s in given)
@@ -116,9 +116,10 @@ def experiment(seeds: int, filter: str, settings: Mapping[str, str], workers: in
 
 
 def damage_of(recording: Recording, fault: str, index: int, filter: str, settings: Mapping[str, str]) -> dict[str, Any]:
-    """What a fault came to on one recording: errors in deg, the peer's NaN where it is not installed; shares of the scored rows: beyond BAND_SIGMAS
-    while ready (inclination, heading), ready (tilt, heading); said: for what share of the time a sensor was not ok, "gyro stuck" and the like.
-    index: of the recording among those of the study, for the random numbers. Raises HnavError."""
+    """What a fault came to on one recording: errors in deg, the peer's NaN where it is not installed; shares of the scored rows:
+    beyond BAND_SIGMAS while ready (inclination, heading), ready (tilt, heading); said: for what share of the time a sensor was
+    not ok, "gyro stuck" and the like. index: of the recording among those of the study, for the random numbers. Raises
+    HnavError."""
     damaged = FAULTS[fault](recording, np.random.default_rng([15, index]))
     reference, movement = damaged.needed("reference_q_nb"), damaged.movement
     run = Filter(options_of(filter, settings)).run(damaged.t_s, damaged.rate_b_rad_s, damaged.force_b_m_s2, damaged.field_b_tesla)

@@ -67,7 +67,8 @@ def of_filters(sizes: Sequence[int], samples: int) -> Iterator[dict[str, float]]
 
 
 def of_age(ages_s: Sequence[float], rows: int = 6000) -> Iterator[dict[str, float]]:
-    """Fields that come late, one in ten rows. The extra time of a late field over one in time: the filter restores an earlier state and propagates again."""
+    """Fields that come late, one in ten rows. The extra time of a late field over one in time: the filter restores an earlier
+    state and propagates again."""
     motion = Motion()
     in_time = _seconds_with(motion, 0, rows)
     for late_s in ages_s:
@@ -93,7 +94,8 @@ def _seconds_with(motion: Motion, behind: int, rows: int) -> float:
 
 
 def of_workers(runs: int, workers: Sequence[int], stop_s: float | None = None) -> Iterator[dict[str, Any]]:
-    """Runs of the turntable system, by the time of the processors: runs_per_s with a processor for each worker. First FMUs loaded for each run, then once for each worker. Raises UsageError when a run fails."""
+    """Runs of the turntable system, by the time of the processors: runs_per_s with a processor for each worker. First FMUs loaded
+    for each run, then once for each worker. Raises UsageError when a run fails."""
     work = jobs(SYSTEM, [SCENARIO], 3 * runs, stop_s=stop_s)
     rows_of(work[0])  # modules
     begin = time.thread_time()

@@ -65,8 +65,8 @@ def rows_part(most_rows: int) -> tuple[Table, Draw]:
     sizes = [size for size in (10**power for power in range(4, 10)) if size <= most_rows]
     # The smallest says what it takes to begin.
     found = pd.DataFrame(measures.of_rows([1000, *sizes]))
-    start, found = found.iloc[0], found[1:]
-    found["us"] = 1e6 * (found.cpu_s - start.cpu_s) / (found.rows - start.rows)
+    start = found.iloc[0]
+    found = found[1:].assign(us=1e6 * (found.cpu_s - start.cpu_s) / (found.rows - start.rows))
     title, heads = "hnav filter on a table of text, into another", "rows | CPU s | us a row | memory, MB"
     table = table_of(title, heads, "{rows:.0f} | {cpu_s:.1f} | {us:.1f} | {memory_mb:.0f}", found)
     return table, lambda path: draw_lines(path, found.rows, {"us a row": found.us, "memory, MB": found.memory_mb}, "rows")

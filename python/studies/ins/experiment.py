@@ -38,8 +38,9 @@ LARGEST = 100.0
 
 
 def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> dict[str, Any]:
-    """The start of this number, under a condition of CONDITIONS: as of first_ready; error_end, sigma_end of the heading at the end, rad;
-    position_z2, tilt_z2: means of the squared normalised errors at the end; early_tilt_z2: EARLY_S after the tilt was found."""
+    """The start of this number, under a condition of CONDITIONS: as of first_ready; error_end, sigma_end of the heading at the
+    end, rad; position_z2, tilt_z2: means of the squared normalised errors at the end; early_tilt_z2: EARLY_S after the tilt was
+    found."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind], magnetometer)
     met = CONDITIONS[condition]
     samples = met.change(samples, truth, np.random.default_rng([seed, 9]))
@@ -91,8 +92,8 @@ def experiment(
 
 
 def figures(starts: Iterable[dict[str, Any]]) -> dict[str, Any]:
-    """Of starts of one kind: counts, root mean squares of the heading's error and sigma at the end in deg, late_s by which 95 % of those that
-    were ready were so, and means of squared normalised errors, each at most LARGEST."""
+    """Of starts of one kind: counts, root mean squares of the heading's error and sigma at the end in deg, late_s by which 95 %
+    of those that were ready were so, and means of squared normalised errors, each at most LARGEST."""
     table = pd.DataFrame(starts)
     times = table.ready_s.dropna()
     rms_end, stated_end = np.degrees(np.sqrt(np.mean(table[["error_end", "sigma_end"]] ** 2, axis=0)))

@@ -308,10 +308,10 @@ def lying(run: InsRun, error: dict[str, Array]) -> dict[str, BoolArray]:
 
 
 def _shown(name: str, back_s: dict[str, float], *figures: Any) -> dict[str, Any]:
-    """One start with one fault. back_s: by name of GOOD, from when after the end of the fault on the error stays below it, infinite where it does
-    not; is_back: within RECOVERY_S; largest_m: horizontal error from the begin on; at_end: errors in the last row; shares of the time from the
-    begin to JUDGED_S after the end: lies, by name of LIES, beyond the protection levels (horizontal, vertical, heading), and ready (position and
-    heading)."""
+    """One start with one fault. back_s: by name of GOOD, from when after the end of the fault on the error stays below it,
+    infinite where it does not; is_back: within RECOVERY_S; largest_m: horizontal error from the begin on; at_end: errors in the
+    last row; shares of the time from the begin to JUDGED_S after the end: lies, by name of LIES, beyond the protection levels
+    (horizontal, vertical, heading), and ready (position and heading)."""
     names = ("largest_m", "at_end", "lies", "beyond", "ready")
     return {"fault": name, "back_s": back_s, "is_back": max(back_s.values()) <= RECOVERY_S, **dict(zip(names, figures))}
 
@@ -352,8 +352,8 @@ Both = dict[str, tuple[float, float]]
 
 
 def in_hindsight(drive: Drive, name: str) -> tuple[Both, Both]:
-    """Filter and smoother over the same samples with a fault: root mean squares of errors over the rows in which both know them, in m, rad and m/s,
-    and the shares of all rows that are ready and wrong. Raises HnavRuntimeError where the filter fails."""
+    """Filter and smoother over the same samples with a fault: root mean squares of errors over the rows in which both know them,
+    in m, rad and m/s, and the shares of all rows that are ready and wrong. Raises HnavRuntimeError where the filter fails."""
     spoilt, _, _ = drive.with_fault(name)
     runs = [drive.run(spoilt, smooth) for smooth in (False, True)]
     found = [errors(run, drive.truth) for run in runs]

@@ -1,4 +1,7 @@
-"""The recorded flight: starts in the air, compared with the aeroplane's own filter."""
+"""The recorded flight: starts in the air, compared with the aeroplane's own filter.
+
+That filter is no truth: a part of the difference is its own.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,8 @@ TAKE_OFF_S, LANDING_S = 212.0, 577.0
 
 
 def first_ready(run: InsRun, error: Array, begin_s: float) -> dict[str, Any]:
-    """ready_s: from switching on to the first heading_ready, NaN for never; is_false: whether the heading was called ready there, and was not.
-    error: of the heading in the rows of the run, rad."""
+    """ready_s: from switching on to the first heading_ready, NaN for never; is_false: whether the heading was called ready there,
+    and was not. error: of the heading in the rows of the run, rad."""
     row = int(np.argmax(run.ready[:, 1]))
     if not run.ready[row, 1]:
         return {"ready_s": np.nan, "is_false": False}

@@ -87,9 +87,9 @@ class Trial:
         return aids.position(t[fix], latitude, longitude, height, fixes.sigma_m)
 
     def minute(self, begin_s: float, fixes: Fixes) -> dict[str, Any]:
-        """The headings of filter and smoother from there on, by the preset consumer. rms, stated, z2: error and sigma of the filter over the
-        last LAST_S, rad; smoothed_rms, smoothed_z2: of the whole minute, NaN where the heading was never found and the smoother has nothing
-        to add; is_false: it was called ready while it was not."""
+        """The headings of filter and smoother from there on, by the preset consumer. rms, stated, z2: error and sigma of the
+        filter over the last LAST_S, rad; smoothed_rms, smoothed_z2: of the whole minute, NaN where the heading was never found
+        and the smoother has nothing to add; is_false: it was called ready while it was not."""
         first, last = np.searchsorted(self.t_s, [begin_s, begin_s + LENGTH_S])
         rows = slice(first, last)
         aids = self.aids(rows, fixes, np.random.default_rng(round(begin_s)))
@@ -122,7 +122,8 @@ class Trial:
 def minutes_of(path: Path, fixes: Fixes) -> pd.DataFrame:
     """Those of a trial in which the optics see the body at the end."""
     trial = Trial(path)
-    return pd.DataFrame([trial.minute(begin, fixes) for begin in trial.begins()]).dropna(subset="rms")
+    found = [trial.minute(begin, fixes) for begin in trial.begins()]
+    return pd.DataFrame([minute for minute in found if np.isfinite(minute["rms"])])
 
 
 def trials(folder: Path) -> list[Path]:

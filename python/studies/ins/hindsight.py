@@ -24,8 +24,8 @@ PARTS = ("before it is known", "from then on", "middle of the outage")
 
 
 def compared(kind: str, grade: str, seed: int) -> Array:
-    """2 x 3 x 6 of the start of this number: by filter and smoother, of the rows of each of PARTS, mean squares of errors (heading and tilt in
-    rad, horizontal position in m) and of errors over sigmas. NaN where there is no such row."""
+    """2 x 3 x 6 of the start of this number: by filter and smoother, of the rows of each of PARTS, mean squares of errors
+    (heading and tilt in rad, horizontal position in m) and of errors over sigmas. NaN where there is no such row."""
     samples, truth = vehicle(kind, grade, seed, LENGTH_S)
     begin, end = (samples.t_s[0] + t for t in OUTAGE_S)
     valid = samples.aids.arrays()[0]

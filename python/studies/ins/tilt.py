@@ -19,8 +19,8 @@ KINDS = ("train", "hover")
 
 
 def tilt(kind: str, grade: str, seed: int) -> list[float]:
-    """Of the start of this number: means of the two squared normalised errors at AFTER_S and of all rows, and of the rows with tilt_ready the
-    share whose error is beyond both five sigmas and 1 deg."""
+    """Of the start of this number: means of the two squared normalised errors at AFTER_S and of all rows, and of the rows with
+    tilt_ready the share whose error is beyond both five sigmas and 1 deg."""
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind])
     colour_m = receiver(kind).colour_m
     ins = Ins(grade, solver="closed_form", position_colour_m=(colour_m, colour_m))

@@ -63,8 +63,8 @@ def sensed(car: Car, samples: Samples, truth: Truth, rng: np.random.Generator) -
 
 
 def drive(name: str, grade: str, seed: int) -> list[tuple[float, float, float]]:
-    """The car of CARS and the start of this number: of the end of each outage its length in s, the horizontal error in m, and the mean of the
-    squared normalised errors north and east."""
+    """The car of CARS and the start of this number: of the end of each outage its length in s, the horizontal error in m, and the
+    mean of the squared normalised errors north and east."""
     car = CARS[name]
     samples, truth = vehicle("car", grade, seed, LENGTH_S)
     valid, _received, sensor, value = samples.aids.arrays()

@@ -100,9 +100,10 @@ Scores = dict[str, dict[str, float]]
 
 
 def judge(case: Case, result: Result, oracle: Result, healthy: np.ndarray) -> dict[str, float]:
-    """One filter in one case: ratio of its RMS error to that of the oracle from 8 to 15 s, mean over the channels, and NEES/n there; shares of
-    samples of healthy channels whose noise is called faulty, of those without a jump whose error is said to have jumped, and of those classified as
-    increased process noise; ends_s: median time from the end of a fault to that of its alarm, NaN without a fault."""
+    """One filter in one case: ratio of its RMS error to that of the oracle from 8 to 15 s, mean over the channels, and NEES/n
+    there; shares of samples of healthy channels whose noise is called faulty, of those without a jump whose error is said to have
+    jumped, and of those classified as increased process noise; ends_s: median time from the end of a fault to that of its alarm,
+    NaN without a fault."""
     ratio = result.rmse(FAULT).mean(axis=0) / oracle.rmse(FAULT).mean(axis=0)
     counted = healthy.copy()
     if case.faults:

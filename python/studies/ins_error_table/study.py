@@ -156,9 +156,10 @@ def in_display_units(aircraft: Aircraft, values: np.ndarray) -> np.ndarray:
 
 
 def alarms(aircraft: Aircraft, flight: Flight, result: Result) -> pd.DataFrame:
-    """By channel: alarms raised per 1000 healthy samples and, NaN for a healthy channel, the share of runs whose fault probability passes 0.5 within
-    10 steps and the median delay in steps. An alarm is raised where the fault probability passes 0.5. Healthy samples: those without a fault now
-    or in the 30 steps before, which the chain may take to be sure that the channel has recovered."""
+    """By channel: alarms raised per 1000 healthy samples and, NaN for a healthy channel, the share of runs whose fault
+    probability passes 0.5 within 10 steps and the median delay in steps. An alarm is raised where the fault probability passes
+    0.5. Healthy samples: those without a fault now or in the 30 steps before, which the chain may take to be sure that the
+    channel has recovered."""
     raised = result.fault_probability > 0.5
     faulty = flight.noise_factor > 1
     found = []

@@ -148,7 +148,8 @@ def _move(case: Case, x: Array, rng: np.random.Generator) -> None:
 
 
 def measured(case: Case, runs: int, first_seed: int) -> dict[str, Any]:
-    """Of one plant and one set of seeds; rms, rms_particles: of the errors of the state `worst`; us_per_sample: of a processor."""
+    """Of one plant and one set of seeds; rms, rms_particles: of the errors of the state `worst`; us_per_sample: of a
+    processor."""
     nees, errors, of_particles, parts, spent = [], [], [], [], []
     sensor = next(iter(case.start))
     for seed in range(first_seed, first_seed + runs):

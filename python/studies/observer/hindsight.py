@@ -40,7 +40,8 @@ def of_case(case: events.Case, runs: int) -> Iterator[tuple[Array, tuple[Observe
 def measured(
     name: str, runs: Iterator[tuple[Array, tuple[ObserverRun, ObserverRun]]], worst: int, settled: int
 ) -> dict[str, Any]:
-    """nees, rms: of filter and smoother. worst: the state whose error is shown; settled: samples that a start far off is given."""
+    """nees, rms: of filter and smoother. worst: the state whose error is shown; settled: samples that a start far off is
+    given."""
     nees, errors = [], []
     for truth, made in runs:
         of_both = [(truth - np.column_stack([*run.x.values()]))[settled:] for run in made]

@@ -16,7 +16,8 @@ Rows = Iterable[Mapping[str, Any]]
 
 
 class Part(NamedTuple):
-    """A table: heads of its first column and of its figures, template of a row, and who measures the rows by the number of runs."""
+    """A table: heads of its first column and of its figures, template of a row, and who measures the rows by the number of
+    runs."""
 
     first: str
     figures: str

@@ -64,9 +64,10 @@ def followed(observer: Observer, y: Array) -> tuple[Array, Array]:
 
 
 def measured(name: str, runs: int, **bounds: float) -> dict[str, Any]:
-    """One plan. found: runs whose error is within 3 sigma in at least 95 % of the samples after the tank is refilled; nees: of these samples;
-    held, dropped: intervals and instants, of all runs; ready_meanwhile: instants at which it was ready although the interval before was held or
-    the sample dropped; ready: percent of the instants after the tank is refilled; negative: estimates below 0."""
+    """One plan. found: runs whose error is within 3 sigma in at least 95 % of the samples after the tank is refilled; nees: of
+    these samples; held, dropped: intervals and instants, of all runs; ready_meanwhile: instants at which it was ready although
+    the interval before was held or the sample dropped; ready: percent of the instants after the tank is refilled; negative:
+    estimates below 0."""
     found, squares, totals, meanwhile, ready, negative = 0, [], np.zeros(2, int), 0, [], 0
     for seed in range(runs):
         h, y = emptied(seed)

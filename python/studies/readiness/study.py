@@ -108,8 +108,9 @@ def experiment(
 
 
 def figures(starts: Sequence[Start]) -> dict[str, Any]:
-    """Of a group of starts. Shares are of all of them, ready or not: wrong_share with its 95 % Wilson interval; times (late_s: 95 % were ready by
-    then) and errors of those that became ready; heading_z2: means at JUDGED_S, 1 when the sigma of heading is right."""
+    """Of a group of starts. Shares are of all of them, ready or not: wrong_share with its 95 % Wilson interval; times (late_s: 95
+    % were ready by then) and errors of those that became ready; heading_z2: means at JUDGED_S, 1 when the sigma of heading is
+    right."""
     wrong = sum(start.wrong for start in starts)
     low, high = stats.binomtest(wrong, len(starts)).proportion_ci(method="wilson")
     ready = pd.DataFrame(map(vars, starts)).dropna(subset="ready_s")
