@@ -7,9 +7,10 @@ import math
 import re
 import runpy
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any, Self
 
@@ -391,17 +392,9 @@ def plant_of_file(path: Path | str) -> Path | Plant:
     return plants.popitem()[1]
 
 
-_TABLES: Mapping[str, frozenset[str]] = {
-    "sensor": frozenset({"noise", "gate_nis", "unit", "of", "offset"}),
-    "input": frozenset({"start", "column", "factor", "unit", "interpolation"}),
-    "state": frozenset({"start", "start_sigma", "noise", "ready_sigma", "nominal", "min", "max"}),
-    "parameter": frozenset({"start", "start_sigma", "noise", "ready_sigma", "min", "max", "log"}),
-    "unknown_input": frozenset({"start", "start_sigma", "noise", "time_constant_s", "ready_sigma", "min", "max"}),
-}
+_TABLES = ("sensor", "input", "state", "parameter", "unknown_input")
+"""Calls of a plan; the entries of a table of a file are their keywords."""
 _FLAGS = ("memoryless", "never_freed")
-_SWITCHES = ("log",)
-_WORDS = ("unit", "of", "column", "interpolation")
-_NEEDED = {"sensor": "noise", "parameter": "start_sigma", "unknown_input": "start_sigma"}
 
 
 def read_plan(path: Path | str, fmu: Path | str | None = None) -> Plan:
@@ -480,30 +473,25 @@ def _take(plan: Plan, table: str, name: str, entry: object, text: str) -> None:
 
 def _entry(table: str, name: str, entry: object) -> dict[str, Any]:
     """The arguments of a plan's call."""
-    names = _TABLES[table]
+    keywords = {p.name: p for p in signature(getattr(Plan, table)).parameters.values() if p.kind is Parameter.KEYWORD_ONLY}
     if not isinstance(entry, dict):
         raise HnavValueError("option", f'[{table}] has no tables: write [{table}."{name}"]', name)
-    wrong = next((key for key in entry if key not in names), None)
+    wrong = next((key for key in entry if key not in keywords), None)
     if wrong is not None:
-        raise HnavValueError("option", f'[{table}."{name}"] has no {wrong}; it has {", ".join(sorted(names))}', wrong)
-    needed = _NEEDED.get(table)
-    if needed is not None and needed not in entry:
+        raise HnavValueError("option", f'[{table}."{name}"] has no {wrong}; it has {", ".join(sorted(keywords))}', wrong)
+    needed = next((key for key, keyword in keywords.items() if keyword.default is Parameter.empty and key not in entry), None)
+    if needed is not None:
         raise HnavValueError("option", f'[{table}."{name}"] needs {needed}', name)
-    return {key: _taken(key, value, f"{table}.{name}.{key}") for key, value in entry.items()}
+    return {key: _taken(value, keywords[key].annotation, f"{table}.{name}.{key}") for key, value in entry.items()}
 
 
-def _taken(key: str, value: object, name: str) -> str | float | bool:
-    if key in _SWITCHES:
-        if not isinstance(value, bool):
-            raise HnavValueError("option", f"{name} = {value!r} is neither true nor false", name)
-        return value
-    return _word(value, name) if key in _WORDS else _number(value, name)
-
-
-def _word(value: object, name: str) -> str:
-    if not isinstance(value, str):
+def _taken(value: object, annotation: str, name: str) -> object:
+    """A value of the type that the call has for it."""
+    if annotation == "bool" and not isinstance(value, bool):
+        raise HnavValueError("option", f"{name} = {value!r} is neither true nor false", name)
+    if annotation == "str" and not isinstance(value, str):
         raise HnavValueError("option", f"{name} = {value!r} is no text: write it in quotes", name)
-    return value
+    return value if annotation in ("bool", "str") else _number(value, name)
 
 
 def _number(value: object, name: str) -> float:
