@@ -78,17 +78,18 @@ def start_of(run: Run, seed: int, error_deg: float) -> Rotation:
     return Rotation.from_rotvec([0, 0, np.radians(error_deg)]) * Rotation.from_rotvec([*tilt, 0]) * run.attitude[0]
 
 
-def options_of(name: str, start: Rotation, claim_deg: float) -> Options:
+def options_of(law: dict[str, Any] | None, start: Rotation, claim_rad: float) -> Options:
+    """Begun there with this claimed sigma of the heading. law: options of the HREKF beside the noise as it is; None: the AHRS."""
     begin = {
         "start_mode": "attitude", "start_q_nb": start.as_quat()[[3, 0, 1, 2]].tolist(), "solver": "closed_form",
-        "start_sigma_tilt_rad": TILT_RAD, "start_sigma_heading_rad": np.radians(claim_deg),
+        "start_sigma_tilt_rad": TILT_RAD, "start_sigma_heading_rad": claim_rad,
     }  # fmt: skip
-    return Options("ahrs", **begin) if name == "AHRS" else Options("hrekf", **ASSUMED | HREKF[name] | begin)
+    return Options("ahrs", **begin) if law is None else Options("hrekf", **ASSUMED | law | begin)
 
 
 def ours(name: str, runs: Sequence[Run], starts: Sequence[Rotation], claim_deg: float) -> list[np.ndarray]:
     """Attitude error of each run, deg."""
-    filters = (Filter(options_of(name, start, claim_deg)) for start in starts)
+    filters = (Filter(options_of(HREKF.get(name), start, np.radians(claim_deg))) for start in starts)
     return [attitude_error_deg(made.run(r.t_s, r.rate, r.force, r.field).q_nb, r.attitude) for made, r in zip(filters, runs)]
 
 

@@ -17,7 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 import pandas as pd
 import typer
-from scipy.spatial.transform import Rotation
 
 from hnav.certify.attenuation import attenuation
 from hnav.certify.gain_record import record_gains
@@ -28,24 +27,14 @@ from hnav.io.recordings import Recording
 from hnav.reports.colours import BLUE, GREEN, VERMILION
 from hnav.reports.plots import figure
 from studies.command import WORKERS, Workers, draw_into, titled_table
-from studies.convergence import RATE_HZ, TILT_RAD, runs_of, settles, start_of
+from studies.convergence import RATE_HZ, TILT_RAD, options_of, runs_of, settles, start_of
 from studies.processes import in_order
-from studies.robust import ASSUMED, SETTLED_S, Run, attitude_error_deg
+from studies.robust import SETTLED_S, Run, attitude_error_deg
 
 RATES_1_S = (0.03, 0.1, 0.3, 0.75, 1.5, 3.0, 5.0, 8.0, 12.0, 20.0)
 MODES = ("relative", "kl")
 ERROR_DEG, CLAIM_DEG = 135.0, 5.0
 RECORDED_S = 5.0  # of each run: the reference that records the gains is slow
-
-
-def options_of(mode: str, rate_1_s: float, start: Rotation, claim_rad: float) -> Options:
-    law = {} if mode == "off" else {"gamma_mode": mode, f"gamma_{mode}_rate_1_s": rate_1_s}
-    begin = {
-        "start_q_nb": start.as_quat()[[3, 0, 1, 2]].tolist(),
-        "start_sigma_tilt_rad": TILT_RAD,
-        "start_sigma_heading_rad": claim_rad,
-    }
-    return Options("hrekf", **ASSUMED | law | begin)
 
 
 def ratio(run: Run, options: Options) -> tuple[float, float]:
@@ -64,16 +53,17 @@ def measured(case: tuple[str, float], seeds: int) -> dict[str, Any]:
     """Of one mode (off: the HEKF) and rate, over the seeds: error and sigma in deg, seconds until below 3 deg, attenuation and
     its largest, and the smallest gamma^2 of the seeds; infinite for never and for off."""
     mode, rate = case
+    law = {} if mode == "off" else {"gamma_mode": mode, f"gamma_{mode}_rate_1_s": rate}
     runs = runs_of(seeds)
     errors, sigmas, seconds, ratios = [], [], [], []
     for seed, run in enumerate(runs):
         near = start_of(run, seed, 0.0)
-        chosen = options_of(mode, rate, near, TILT_RAD)
+        chosen = options_of(law, near, TILT_RAD)
         made = Filter(chosen).run(run.t_s, run.rate, run.force, run.field)
         settled = run.t_s >= SETTLED_S
         errors.append(np.mean(attitude_error_deg(made.q_nb, run.attitude)[settled] ** 2))
         sigmas.append(np.mean(np.sum(np.degrees(made.sigma_rad[settled]) ** 2, axis=1)))
-        far = Filter(options_of(mode, rate, start_of(run, seed, ERROR_DEG), np.radians(CLAIM_DEG)))
+        far = Filter(options_of(law, start_of(run, seed, ERROR_DEG), np.radians(CLAIM_DEG)))
         seconds.append(settles(attitude_error_deg(far.run(run.t_s, run.rate, run.force, run.field).q_nb, run.attitude)))
         ratios.append(ratio(run, chosen))
     attenuations, bounds = np.array(ratios).T

@@ -18,7 +18,7 @@ from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs
+from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs, walked
 from studies.ins.vehicles import Truth, ideal, real
 
 MOTION = "MOTION"
@@ -78,18 +78,10 @@ def tumble(rng: np.random.Generator, t: Array) -> Motion:
     return np.gradient(_waves(rng, t, (0.1, 0.1, 0.1), (0.1, 0.8)), 1 / RATE_HZ, axis=0), Rotation.concatenate(attitude)
 
 
-def _walked(rng: np.random.Generator, t: Array) -> tuple[Array, Array, Array, Array]:
-    """Speed, course, phase of the steps, and how much of a step there is."""
-    speed = smooth(stairs(rng, t, lambda: float(rng.choice([0, 1.2, 1.4, 1.5, 1.3])), (8, 30)), RATE_HZ // 2)
-    turns = stairs(rng, t, lambda: rng.choice([0, 0, 1, -1]) * rng.uniform(0.3, 1.2), (2, 5))
-    course = rng.uniform(-np.pi, np.pi) + np.cumsum(smooth(turns, RATE_HZ // 2)) / RATE_HZ
-    phase = 2 * np.pi * rng.uniform(0.8, 1.0) * t
-    return speed, course, phase, np.minimum(speed, 1.2) / 1.2
-
-
 def waist(rng: np.random.Generator, t: Array) -> Motion:
     """On the belt of somebody who walks, stands and turns."""
-    speed, course, phase, steps = _walked(rng, t)
+    speed, course, steps = walked(rng, t)
+    phase = 2 * np.pi * rng.uniform(0.8, 1.0) * t  # of the steps
     ahead, aside = speed + 0.12 * steps * np.sin(2 * phase), 0.1 * steps * np.sin(phase)
     velocity = np.stack([ahead * np.cos(course) - aside * np.sin(course), ahead * np.sin(course) + aside * np.cos(course),
                          0.3 * steps * np.sin(2 * phase + 1)], 1)  # fmt: skip
@@ -99,7 +91,8 @@ def waist(rng: np.random.Generator, t: Array) -> Motion:
 
 def foot(rng: np.random.Generator, t: Array) -> Motion:
     """On a shoe: it stands while the other foot swings."""
-    speed, course, phase, steps = _walked(rng, t)
+    speed, course, steps = walked(rng, t)
+    phase = 2 * np.pi * rng.uniform(0.8, 1.0) * t  # of the steps
     swing = np.maximum(0, np.sin(phase)) ** 2  # a quarter in the mean
     ahead = 4 * speed * swing
     velocity = np.stack([ahead * np.cos(course), ahead * np.sin(course), -0.8 * steps * swing * np.sin(2 * phase)], 1)

@@ -154,12 +154,17 @@ def hover(rng: np.random.Generator, t: Array) -> Motion:
     return quadrotor(rng, t, np.where(t > WARM_S + rng.uniform(30, 60), 1.0, 0.0))
 
 
+def walked(rng: np.random.Generator, t: Array) -> tuple[Array, Array, Array]:
+    """Speed and course of somebody who walks, stands and turns, and how much of a step there is."""
+    speed = smooth(stairs(rng, t, lambda: float(rng.choice([0, 1.2, 1.4, 1.5, 1.3])), (8, 30)), RATE_HZ // 2)
+    turns = stairs(rng, t, lambda: rng.choice([0, 0, 1, -1]) * rng.uniform(0.3, 1.2), (2, 5))
+    return speed, _course(rng, smooth(turns, RATE_HZ // 2)), np.minimum(speed, 1.2) / 1.2
+
+
 def walker(rng: np.random.Generator, t: Array) -> Motion:
     """A telephone in a hand or a pocket: steps, swings, any attitude."""
     n, white = len(t), RATE_HZ**0.5
-    speed = smooth(stairs(rng, t, lambda: float(rng.choice([0, 1.2, 1.4, 1.5, 1.3])), (8, 30)), RATE_HZ // 2)
-    turns = stairs(rng, t, lambda: rng.choice([0, 0, 1, -1]) * rng.uniform(0.3, 1.2), (2, 5))
-    course, moves = _course(rng, smooth(turns, RATE_HZ // 2)), np.minimum(speed, 1.2) / 1.2
+    speed, course, moves = walked(rng, t)
     phase = 2 * np.pi * rng.uniform(1.6, 2.1) * t + smooth(0.5 * rng.standard_normal(n) * white, RATE_HZ)
     ahead, aside = speed + 0.15 * moves * np.sin(phase + 1), 0.12 * moves * np.sin(phase / 2)
     north, east = ahead * np.cos(course) - aside * np.sin(course), ahead * np.sin(course) + aside * np.cos(course)
