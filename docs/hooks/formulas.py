@@ -10,11 +10,13 @@ from latex2mathml.converter import convert
 # What pymdownx.arithmatex leaves of $...$ and $$...$$.
 INLINE = re.compile(r'<span class="arithmatex">\\\((.*?)\\\)</span>', re.DOTALL)
 BLOCK = re.compile(r'<div class="arithmatex">\s*\\\[(.*?)\\\]\s*</div>', re.DOTALL)
+OPERATOR = re.compile(r"\\operatorname\{(\w+)\}")
 
 
 def mathml(found: str, display: str = "inline") -> str:
-    """GitHub's `aligned` under the name by which the converter has it: under its own its columns were left in the text."""
-    return convert(html.unescape(found).replace("{aligned}", "{align*}"), display=display)
+    """The converter has `aligned` under another name only, and draws the name of an operator as a product of italic letters."""
+    tex = OPERATOR.sub(r"\\text{\1}", html.unescape(found).replace("{aligned}", "{align*}"))
+    return convert(tex, display=display)
 
 
 def on_page_content(content, page, config, files):

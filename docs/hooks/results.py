@@ -27,4 +27,6 @@ def on_files(files, config):
 
 
 def on_page_markdown(markdown, page, config, files):
+    if page.file.src_uri.startswith("results/"):
+        page.meta["search"] = {"exclude": True}  # rows of numbers; results.md has the words to find each
     return LINK.sub(r"](\1.md)", markdown)
