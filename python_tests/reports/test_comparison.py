@@ -12,6 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import recorded
+from browser import browse
 from command_line import hnav
 from hnav import HnavError
 from hnav.cli.words import UsageError
@@ -121,3 +122,23 @@ def test_estimates_of_the_ahrs_against_a_trial_whatever_their_frame(tmp_path, br
     assert refused.returncode == 2 and "--align clock" in refused.stderr and refused.stderr.count("\n") == 1
     refused = hnav("compare", path, files[0], "--from", "1e9")
     assert refused.returncode == 2 and "--from 1e+09: enu has no row after it" in refused.stderr
+
+
+def test_the_page_has_a_map_with_a_scale(tmp_path):
+    """A circle of 50 m: a quarter of the map is less than 50 m, and the moment of the other figures is a dot on both tracks."""
+    pytest.importorskip("plotly", reason="plotly is not installed: no report")
+    from hnav.reports.comparison_page import write_comparison
+
+    turn = np.linspace(0, 2 * np.pi, 300)
+    place = 50 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
+    files = [tum(tmp_path / f"{name}.txt", 0.1 * np.arange(300), Rotation.from_rotvec(turn[:, None] * [0, 0, 1]), place + off)
+             for name, off in (("true", 0), ("other", 1))]  # fmt: skip
+    reference, other = map(read_trajectory, files)
+    write_comparison([compare(reference, other)], tmp_path / "page.html")
+    point = '<script>addEventListener("load", () => pointAt(10));</script></body></html>'
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(page.replace("</body></html>", point), encoding="utf-8")
+    document, console, _ = browse(tmp_path / "page.html", tmp_path)
+    assert not console
+    assert re.search(r'<div class="bar" data-length="20 m" style="[^"]*width: \d+[.\d]*px', document)
+    assert document.count('<div class="dot"') == 2

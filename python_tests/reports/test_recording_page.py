@@ -201,6 +201,7 @@ def test_chromium_renders_the_page_of_a_recording(page, tmp_path):
     plots = [*(name for name in SHOWN if name not in ("body", "health")), "observability"]
     assert re.findall(r'<div id="plot-(\w+)" class="plotly-graph-div js-plotly-plot"', document) == plots
     assert re.search(r'<output id="body-says">[\d.]+ s   roll -?[\d.]+°  pitch -?[\d.]+°  heading [\d.]+°</output>', document)
+    assert 'aria-label="Zoom"' in document and 'aria-label="Share' not in document  # which would upload the recording
 
 
 # The browser is given a time of its own, in which frames come or not: here they do.
@@ -231,6 +232,28 @@ def test_slider_and_play_turn_the_body(page, tmp_path):
     assert not console
     # Begin, end, another picture; played, it stops at the end.
     assert re.search('<pre id="said">(.*?)</pre>', document)[1] == "0.00|59.99|true|stop|59.99"
+
+
+POINT = """<script>addEventListener("load", () => setTimeout(async () => {
+  const [first, ...others] = figures.filter(div => meta(div).time), box = first.getBoundingClientRect(), axis = first._fullLayout.xaxis;
+  const clientX = box.left + axis._offset + axis._length / 4;
+  first.dispatchEvent(new PointerEvent("pointermove", { clientX, clientY: box.top + 60 }));
+  const lines = document.querySelectorAll(".cursor"), seen = [...lines].filter(line => line.style.display === "");
+  const said = [document.getElementById("body-says").textContent.split(" ")[0], lines.length - others.length, seen.length - others.length];
+  await Plotly.relayout(first, { "xaxis.range": [10, 20] });
+  while (isLinking) await new Promise(done => setTimeout(done, 10));
+  said.push(...others.map(div => div._fullLayout.xaxis.range));
+  document.body.append(Object.assign(document.createElement("pre"), { id: "said", textContent: said.join("|") }));
+}, 100));</script>"""
+
+
+def test_all_figures_show_the_moment_and_the_range_of_one(page, tmp_path):
+    pointed = tmp_path / "pointed.html"
+    pointed.write_text(page.read_text(encoding="utf-8").replace("</body></html>", f"{POINT}</body></html>"), encoding="utf-8")
+    document, console, _ = browse(pointed, tmp_path)
+    assert not console
+    said = re.search('<pre id="said">(.*?)</pre>', document)[1].split("|")
+    assert float(said[0]) == pytest.approx(15, abs=0.1) and said[1:3] == ["1", "1"] and set(said[3:]) == {"10,20"}
 
 
 def test_a_dark_screen_gets_light_ink():

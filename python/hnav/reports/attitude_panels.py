@@ -81,7 +81,7 @@ def _angle_sigma_deg(estimate: Estimate) -> np.ndarray:
 
 
 @panel("attitude", "Attitude and heading", "Roll, pitch and heading, rotation order z y x, in their bands of ±3σ; dashed what they are "
-       "compared with. Near a pitch of 90 deg roll and heading say little.", has_filters)  # fmt: skip
+       "compared with. Whole turns add up: 450 deg is 90 deg. Near a pitch of 90 deg roll and heading say little.", has_filters)  # fmt: skip
 def attitude_panel(run: Run) -> go.Figure:
     figure = grid_of(3, 1)
     truth = truth_q_nb(run)
@@ -327,7 +327,7 @@ def timing_panel(run: Run) -> go.Figure:
     figure = go.Figure(
         go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False)
     )
-    figure.update_xaxes(title_text="µs per step")
+    figure.update_xaxes(title_text="µs per step", range=[0, 1.2 * max(us)])  # with room for the text of the longest bar
     figure.update_yaxes(autorange="reversed")
     figure.update_layout(height=110 + 34 * len(names))
     return figure

@@ -17,11 +17,17 @@ function paint() {
   label(t[at], q);
 }
 
-function show(i) {
+function turnTo(i) {
   at = Math.max(0, Math.min(t.length - 1, i));
   slider.value = at;
   paint();
 }
+// The figures show the time of the body, and the body the time at which a figure points (cursor.js).
+function show(i) {
+  turnTo(i);
+  pointAt(t[at]);
+}
+document.addEventListener("point", event => playing || turnTo(t.findIndex(time => time >= event.detail)));
 function play(now) {
   if (!playing) return;
   const until = playing.t + (now - playing.now) / 1000 * Number(playing.speed);

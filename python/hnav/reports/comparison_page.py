@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,10 @@ from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import INK
 from hnav.reports.comparison import Comparison
 from hnav.reports.page import document, heading_of
-from hnav.reports.panels import FILTER_COLOURS, Panel, grid_of, line, panel_of, table
+from hnav.reports.panels import CIRCLE_AXIS, FILTER_COLOURS, Panel, circle_line, grid_of, line, panel_of, seen_from_above, table
+
+
+LAPS_DEG = 720.0  # a yaw that turns further, as that of a vehicle on laps, is drawn from 0 to 360 deg
 
 
 @dataclass(frozen=True)
@@ -59,12 +62,16 @@ def _attitude(seen: View) -> Any:
     figure = grid_of(3, 1)
     reference = max((one.reference for one in seen.compared), key=lambda one: len(one.t_s))
     true = euler_deg(reference.q_nb)
+    on_circle = np.ptp(true[:, 2]) > LAPS_DEG
     for row, name in enumerate(("roll", "pitch", "yaw")):
-        figure.add_trace(line(reference.t_s, true[:, row], INK, reference.name, row == 0), row + 1, 1)
+        drawn: Callable[..., Any] = circle_line if on_circle and name == "yaw" else line
+        figure.add_trace(drawn(reference.t_s, true[:, row], INK, reference.name, row == 0), row + 1, 1)
         for one, colour in seen.coloured:
             own = near_turn(euler_deg(one.aligned.q_nb)[:, row], euler_deg(one.reference.q_nb)[:, row])
-            figure.add_trace(line(one.aligned.t_s, own, colour, one.aligned.name, row == 0), row + 1, 1)
+            figure.add_trace(drawn(one.aligned.t_s, own, colour, one.aligned.name, row == 0), row + 1, 1)
         figure.update_yaxes(title_text=f"{name} / deg", row=row + 1, col=1)
+    if on_circle:
+        figure.update_yaxes(CIRCLE_AXIS, row=3, col=1)
     return figure
 
 
@@ -80,23 +87,23 @@ def _errors(seen: View) -> Any:
     return figure
 
 
-def _way(seen: View) -> Any:
+def _track(seen: View) -> Any:
     """Seen from above: the first axis up where it is north, to the right where it is east."""
     import plotly.graph_objects as go
 
-    figure = go.Figure(layout=dict(height=560))
+    figure = go.Figure()
     north_first = np.isfinite(seen.compared[0].reference.place).any()
 
     def draw(one: Trajectory, colour: str) -> None:
         rows = np.unique(np.linspace(0, len(one.t_s) - 1, 2000).astype(int))
         x, y = one.position_m[rows, :2].T[:: -1 if north_first else 1]
-        figure.add_trace(go.Scatter(x=x, y=y, mode="lines", name=one.name, line=dict(color=colour, width=1.4)))
+        figure.add_trace(go.Scatter(x=x, y=y, mode="lines", name=one.name, line=dict(color=colour, width=1.4),
+                                    customdata=one.t_s[rows].astype(np.float32)))  # fmt: skip
 
     draw(seen.compared[0].reference, INK)
     for one, colour in seen.coloured:
         draw(one.aligned, colour)
-    figure.update_xaxes(title_text="east / m" if north_first else "x / m")
-    figure.update_yaxes(title_text="north / m" if north_first else "y / m", scaleanchor="x")
+    seen_from_above(figure, *(("east / m", "north / m") if north_first else ("x / m", "y / m")))
     return figure
 
 
@@ -107,7 +114,7 @@ def _has(seen: View, array: str) -> bool:
 
 def _table(seen: View) -> str:
     rows = [
-        [one.aligned.name, figure.name, *(f"{value:.4g} {figure.unit}" for value in (figure.rms, figure.median, figure.worst)),
+        [one.aligned.name, figure.name, *(f"{value:.4g}\N{NO-BREAK SPACE}{figure.unit}" for value in (figure.rms, figure.median, figure.worst)),
          f"{figure.nees:.2f}" if np.isfinite(figure.nees) else "-", str(len(figure.values))]
         for one in seen.compared for figure in one.figures
     ]  # fmt: skip
@@ -117,7 +124,7 @@ def _table(seen: View) -> str:
 PANELS: tuple[Panel, ...] = (
     panel_of("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table, lambda seen: True),
     panel_of("attitude", "Attitude", "The reference in ink.", _attitude, lambda seen: _has(seen, "q_nb")),
-    panel_of("way", "Way", "From above.", _way, lambda seen: _has(seen, "position_m")),
+    panel_of("track", "Track", "From above.", _track, lambda seen: _has(seen, "position_m")),
     panel_of(
         "errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors, lambda seen: True
     ),

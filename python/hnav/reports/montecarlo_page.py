@@ -63,8 +63,9 @@ def write_montecarlo_report(source: Path, file: Path) -> list[str]:
         "filters": ", ".join(map(str, done["filter"].unique())), "hnav": __version__,
     }  # fmt: skip
     warnings = [f"{row.scenario}, seed {row.seed} failed: {row.failure}" for row in failed.head(WORST).itertuples()]
-    title = f"hnav · {source.name}"
-    write_files({file: document(title, heading_of(title, facts, warnings), "", seen, PANELS)}, make_folders=True)
+    write_files(
+        {file: document(f"hnav · {source.name}", heading_of(source.name, facts, warnings), "", seen, PANELS)}, make_folders=True
+    )
     return [panel.name for panel in PANELS]
 
 

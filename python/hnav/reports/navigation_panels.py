@@ -13,7 +13,22 @@ from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array, BoolArray, stretches
 from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
-from hnav.reports.panels import Panel, band, blocks, dots, extremes, grid_of, line, panel_of, small, span, translucent
+from hnav.reports.panels import (
+    CIRCLE_AXIS,
+    Panel,
+    band,
+    blocks,
+    circle_line,
+    dots,
+    extremes,
+    grid_of,
+    line,
+    panel_of,
+    seen_from_above,
+    small,
+    span,
+    translucent,
+)
 
 OUTAGE_INTERVALS, OUTAGE_S = 3.0, 2.0  # an outage lasts at least this many usual intervals, and this long
 CIRCLE_POINTS = 500
@@ -77,7 +92,15 @@ def _track(seen: View) -> go.Figure:
             )
         )
     figure.add_trace(
-        go.Scatter(x=small(east[rows]), y=small(north[rows]), mode="lines", name="estimate", line=dict(color=BLUE, width=1.8))
+        go.Scatter(
+            x=small(east[rows]),
+            y=small(north[rows]),
+            mode="lines",
+            name="estimate",
+            line=dict(color=BLUE, width=1.8),
+            customdata=small(seen.t_s[rows]),
+            hovertemplate="%{customdata:.2f} s<br>%{y:.2f} m north<br>%{x:.2f} m east<extra></extra>",
+        )
     )
     away = within(_position_outages(seen), seen.t_s)[rows] & np.isfinite(north[rows])
     if away.any():
@@ -87,9 +110,7 @@ def _track(seen: View) -> go.Figure:
     names = ["begin", "end"] if _apart(north[ends], east[ends]) else ["begin, end", ""]
     figure.add_trace(go.Scatter(x=small(east[ends]), y=small(north[ends]), mode="markers+text", name="begin and end", text=names,
                                 textposition="top right", marker=dict(color=ORANGE, size=9, symbol=["circle", "square"])))  # fmt: skip
-    figure.update_xaxes(title_text="east / m", constrain="domain")
-    figure.update_yaxes(title_text="north / m", scaleanchor="x", scaleratio=1)
-    figure.update_layout(height=560)
+    seen_from_above(figure)
     return figure
 
 
@@ -134,9 +155,7 @@ def _heading(seen: View) -> go.Figure:
             x=small(x), y=small(y), fill="toself", mode="none", name="±3σ", fillcolor=translucent(BLUE, 0.18), hoverinfo="skip"
         )
     )
-    rows = np.union1d(extremes(np.sin(np.radians(heading))), extremes(np.cos(np.radians(heading))))
-    t_s, shown = broken_at_north(seen.t_s[rows], heading[rows])
-    figure.add_trace(go.Scatter(x=small(t_s), y=small(shown), mode="lines", name="heading", line=dict(color=BLUE, width=1.4)))
+    figure.add_trace(circle_line(seen.t_s, heading, BLUE, "heading", True))
     share = run.heading_second[:, 1]
     second = np.flatnonzero(share > 0.01)
     if len(second):
@@ -147,16 +166,10 @@ def _heading(seen: View) -> go.Figure:
         moving = np.hypot(*fixes.values[:, :2].T) > 2.0
         course = np.degrees(np.arctan2(fixes.values[moving, 1], fixes.values[moving, 0])) % 360
         figure.add_trace(dots(fixes.t_s[moving], course, INK, "course by satellites", True))
-    figure.update_yaxes(title_text="heading / deg", range=[0, 360], dtick=90)
+    figure.update_yaxes(CIRCLE_AXIS, title_text="heading / deg")
     figure.update_xaxes(title_text="time / s")
     figure.update_layout(height=380)
     return figure
-
-
-def broken_at_north(t_s: Array, heading_deg: Array) -> tuple[Array, Array]:
-    """A line that does not cross the whole axis where the heading passes north."""
-    jumps = np.flatnonzero(np.abs(np.diff(heading_deg)) > 180) + 1
-    return np.insert(t_s, jumps, np.nan), np.insert(heading_deg, jumps, np.nan)
 
 
 def circle_band(t_s: Array, heading_deg: Array, width_deg: Array) -> tuple[Array, Array]:
@@ -228,7 +241,7 @@ def _sigmas(seen: View) -> go.Figure:
     for row, (title, sigma, factor) in enumerate(rows, 1):
         for axis, (name, colour) in enumerate(zip(("north", "east", "down"), AXIS_COLOURS)):
             figure.add_trace(line(seen.t_s, factor * sigma[:, axis], colour, name, row == 1), row, 1)
-        figure.update_yaxes(title_text=title, type="log", row=row)
+        figure.update_yaxes(title_text=title, type="log", dtick=1, row=row)
     return figure
 
 
@@ -255,7 +268,7 @@ def _panel(
 
 # In the order of the page.
 NAVIGATION_PANELS = (
-    _panel("track", "Track", "From the first estimate, on a plain grid with equal scales.", _track),
+    _panel("track", "Track", "From above, in metres from the first estimate.", _track),
     _panel("known", "What is known when", "Phases of the filter, what was ready, when the body stood, and times without satellites.", _known,
            lambda seen: len(seen.t_s) > 0),
     _panel("heading", "Heading", "Of body x, on the circle: the band of ±3σ goes on at 0 deg where it ends at 360. The course is that of the velocity, not of the "

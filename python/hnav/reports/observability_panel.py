@@ -39,5 +39,5 @@ def _drawn(found: RunObservability) -> go.Figure:
         figure.add_trace(line(found.t_s, shown, AXIS_COLOURS[i % 3], name, True, **style), 1, 1)
     ends = found.t_s[[0, -1]]
     figure.add_trace(line(ends, np.full(2, 100 * np.sqrt(SEEN)), INK, "determined below", True, dash="dash", width=1), 1, 1)
-    figure.update_yaxes(title_text="sigma left / %", type="log")
+    figure.update_yaxes(title_text="sigma left / %", type="log", dtick=1)
     return figure

@@ -43,7 +43,7 @@ PANELS: tuple[Panel, ...] = (
     *NAVIGATION_RUN_PANELS,
     timing_panel,
 )
-STYLE, SCRIPTS = "page.css", ("screen.js", "page.js")
+STYLE, SCRIPTS = "page.css", ("screen.js", "page.js", "cursor.js")
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 # Colours with a counterpart for dark screens in page.js. The legend is at the bottom, the toolbar at the top.
 LAYOUT = dict(
@@ -55,7 +55,11 @@ AXIS = dict(
     gridcolor="#E8E8E8", zerolinecolor="#D0D0D0", linecolor="#B0B0B0", ticks="outside", ticklen=3, tickcolor="#B0B0B0", automargin=True,
 )  # fmt: skip
 COLUMN_REM = 18
-CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"]}
+CONFIG = {
+    "displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["select2d", "lasso2d", "autoScale2d"],
+    # A button of Plotly's would upload the recording.
+    "showSendToCloud": False, "plotlyServerURL": "",
+}  # fmt: skip
 
 
 def write_report(run: Run, file: Path, panels: Sequence[Panel] = PANELS) -> list[str]:

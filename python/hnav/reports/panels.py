@@ -24,6 +24,7 @@ FILTER_COLOURS = (VERMILION, BLUE, GREEN, PURPLE, ORANGE, SKY)
 POINTS = 600
 BAND_POINTS, DOT_EXTREMES = 400, 80
 ROW_PX = 190
+CIRCLE_AXIS = dict(range=[0, 360], dtick=90)
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,12 @@ def grid_of(rows: int, columns: int, titles: list[str] | None = None, row_px: in
 
 
 def over_time(figure: go.Figure, run: Any) -> None:
-    """The axes of time begin and end with the run; markers would make them begin before."""
-    for axis in figure.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches):
+    """The axes of time begin and end with the run; markers would make them begin before. cursor.js links those named in meta."""
+    axes = list(figure.select_xaxes(lambda a: (a.title.text or "").startswith("time") or a.matches))
+    for axis in axes:
         axis.range = [run.t_s[0], run.t_s[-1]]
+    if axes:
+        figure.update_layout(meta={"time": [axis.plotly_name for axis in axes]})
 
 
 def band(t_s: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
@@ -142,12 +146,28 @@ def line(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: boo
                       line=dict(color=colour, width=1.4) | style)  # fmt: skip
 
 
+def circle_line(t_s: np.ndarray, angle_deg: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
+    """A line of angles from 0 to 360 deg, interrupted where it passes 0 so that it does not cross the whole axis."""
+    rows = np.union1d(*(extremes(of(np.radians(angle_deg))) for of in (np.sin, np.cos)))
+    t_s, angle_deg = t_s[rows], angle_deg[rows] % 360
+    jumps = np.flatnonzero(np.abs(np.diff(angle_deg)) > 180) + 1
+    return go.Scatter(x=small(np.insert(t_s, jumps, np.nan)), y=small(np.insert(angle_deg, jumps, np.nan)), mode="lines", name=name,
+                      legendgroup=name, showlegend=shown, line=dict(color=colour, width=1.4))  # fmt: skip
+
+
 def dots(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: bool) -> go.Scatter:
     """Of many samples every k-th, so that the dots lie as densely as the samples do, and the largest ones."""
     n = len(values)
     rows = np.arange(n) if n <= POINTS else np.union1d(blocks(n), extremes(values, DOT_EXTREMES))
     return go.Scatter(x=small(t_s[rows]), y=small(values[rows]), mode="markers", name=name, legendgroup=name, showlegend=shown,
                       marker=dict(color=colour, size=2.6, opacity=0.55))  # fmt: skip
+
+
+def seen_from_above(figure: go.Figure, right: str = "east / m", up: str = "north / m") -> None:
+    """Makes a figure of places in m a map: equal scales, a scale bar, and a dot on each trace whose customdata are times (cursor.js)."""
+    figure.update_xaxes(title_text=right, constrain="domain")
+    figure.update_yaxes(title_text=up, scaleanchor="x", scaleratio=1)
+    figure.update_layout(height=560, meta={"map": True})
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
