@@ -19,7 +19,6 @@ from hnav.reports.comparison import Comparison
 from hnav.reports.page import document, heading_of
 from hnav.reports.panels import CIRCLE_AXIS, FILTER_COLOURS, Panel, circle_line, grid_of, line, panel_of, seen_from_above, table
 
-
 LAPS_DEG = 720.0  # a yaw that turns further, as that of a vehicle on laps, is drawn from 0 to 360 deg
 
 
