@@ -116,7 +116,7 @@ inline Vector3 sigmas(const Vector3& variances) {
     return honest_variances(variances.cast<Scalar>()).cwiseSqrt().template cast<double>();
 }
 
-// Of the rotation about the user's navigation axes.
+// Standard deviations of the rotation about the user's navigation axes.
 inline void rotation_sigma(const EveryAttitude* f, At at, double* sigma) { store(sigmas(f->rotation_variances(at)), sigma); }
 
 inline void bias_sigma(const EveryAttitude* f, At at, double* sigma) { store(sigmas(f->bias_variances(at)), sigma); }

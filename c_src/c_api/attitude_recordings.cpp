@@ -50,7 +50,7 @@ bool push_whole_row(AttitudeObject* f, double t_s, const Samples& of) {
     return event.present != 0 && f->push_event(event);
 }
 
-// Of a correction in this row.
+// NIS of the correction in this row, NaN without one.
 double nis_after(const AttitudeObject* f, int channel, double before_s) {
     const Innovation& i = f->last_innovation(channel);
     return i.t_s > before_s ? i.nis : hnav::nan;
@@ -80,7 +80,7 @@ void write_estimate(const AttitudeObject* f, const hnav_run_output& out, size_t 
     if (out.gyro_bias_sigma_rad_s) bias_sigma(f, At::shown, out.gyro_bias_sigma_rad_s + 3 * i);
 }
 
-// Of the row itself. before_s: newest_time_s before it.
+// NIS, verdicts and health of the row. before_s: newest_time_s before it.
 inline void write_course(const AttitudeObject* f, double before_s, const hnav_run_output& out, size_t i) {
     if (out.accel_nis) out.accel_nis[i] = nis_after(f, hnav::accel, before_s);
     if (out.mag_nis) out.mag_nis[i] = nis_after(f, hnav::mag, before_s);

@@ -11,7 +11,7 @@ namespace hnav {
 // Time for which a state of single samples is shown.
 constexpr double shown_s = 1;
 
-// Of a sensor that the filter does not use.
+// Health of a sensor that the filter does not use.
 inline hnav_sensor_health sensor_without_samples() {
     hnav_sensor_health h{};
     h.state = HNAV_SENSOR_STATE_MISSING;

@@ -19,7 +19,7 @@ namespace hnav {
 template <class Struct>
 inline constexpr std::size_t first_size = sizeof(Struct);
 
-// object: with a message. name: of the argument.
+// object: takes the error message. name: of the argument in that message.
 template <class Object, class Struct>
 hnav_status check_size(const Object& object, const Struct& given, const char* name, const char* type) {
     if (given.size >= first_size<Struct> && given.size <= sizeof(Struct)) return HNAV_OK;

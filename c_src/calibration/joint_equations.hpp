@@ -19,7 +19,7 @@ inline void residuals(const Samples& s, const Correction& c, bool with_force, Va
         const Vector3 p = c.M * (z.col(i) - c.o);
         const double norm = p.norm();
         length[i] = norm - 1;
-        // Of the direction alone: a shrinking M would otherwise reduce the residual of the second equation.
+        // The residual of the direction alone: a shrinking M would otherwise reduce the residual of the second equation.
         angle[i] = with_force && trust[i] > 0 && norm > 0 ? a.col(i).dot(p) / norm + c.sin_dip : 0;
     }
 }
@@ -35,7 +35,7 @@ struct Slopes {
     double length = 1, angle = 1;
 };
 
-// Of the loss, over the variance.
+// Weight by the robust loss, divided by the variance.
 inline double weight_of(double residual, double sigma, const Scales& scales) {
     return (scales.outlier > 0 ? geman_mcclure(residual, scales.outlier * sigma) : 1) / square(sigma);
 }

@@ -70,7 +70,7 @@ struct Consistency {
     }
     // The larger of the windows.
     double bias() const { return std::fmax(bias(0), bias(1)); }
-    // The covariance of the state has been multiplied by so much.
+    // Call it after the covariance of the state was multiplied by this factor.
     void widen(double factor) {
         for (auto& window : mean)
             for (double& m : window) m /= std::sqrt(factor);

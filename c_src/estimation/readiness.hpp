@@ -8,7 +8,7 @@
 
 namespace hnav {
 
-// Of the rotation error about north and east: the larger counts for the tilt.
+// The larger of the variances about north and east.
 template <class R>
 inline R tilt_variance(const Vector3Of<R>& rotation_variances) {
     return std::fmax(rotation_variances[0], rotation_variances[1]);

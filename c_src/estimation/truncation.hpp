@@ -11,13 +11,13 @@ struct CutNormal {
     double mean, variance;
 };
 
-// Of a standard normal between a < b, infinite for none.
+// Mean and variance of a standard normal truncated to a < b; an infinite limit does not truncate.
 inline CutNormal cut_normal(double a, double b) {
     if (a + b > 0) {
         const CutNormal mirrored = cut_normal(-b, -a);
         return {-mirrored.mean, mirrored.variance};
     }
-    // Beyond that the tail has no digits: it decays like an exponential.
+    // Beyond this limit the difference of the tails cancels in double precision; the density is taken as exponential.
     constexpr double far = -25;
     if (b < far) {
         const double widest = std::isinf(a) ? HUGE_VAL : b - a;

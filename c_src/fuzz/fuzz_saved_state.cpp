@@ -1,5 +1,5 @@
 // Loading of saved states that were changed on the way: cut, bits turned, words swapped, or made up altogether. A filter
-// refuses them and is as it was; if one passes for whole, the filter goes on with finite numbers.
+// refuses them and is as it was; if a filter accepts one, its numbers stay finite.
 #include "attitude.hpp"
 #include "ins_error.hpp"
 

@@ -27,7 +27,7 @@
 //     void before_flow(State&, const Event&) const        inputs of an event that act on the interval before it
 //     void jump(State&, const Event&) const               the correction; the state is at the event
 //
-// What not every model can do; each says so:
+// Optional abilities, which a model declares:
 //     static constexpr bool has_closed_form               the flow over an interval without an integrator:
 //         void flow_exactly(State&, double interval_s) const
 //     static constexpr bool bounds_rate                    how fast the flow goes under the inputs that are held, so that an

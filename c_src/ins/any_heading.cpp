@@ -232,7 +232,7 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     return P;
 }
 
-// Of the displacement d to its value without the lag.
+// Transforms the covariance of the displacement d to that of its value without the lag.
 void Model::admit_lag(const State& s, Covariance& P) {
     const Vector3 v0 = lag_per_second(s);
     for (int i = 0; i < 3; ++i)

@@ -44,7 +44,7 @@ struct Projected {
         }
     }
 
-    // Of the sample as it is stated, even if it is rejected. excess: of its NIS over that of an outlier.
+    // Adds the sample with its stated noise to the evidence for steps, even if it is rejected. excess: its NIS beyond an outlier's.
     void note_steps(const Square<m>& inverse, double excess) const {
         const Eigen::Map<const Eigen::Matrix<double, m, responses, Eigen::RowMajor>> all(c.HB[0]);
         for (int w = 0; w < step_windows; ++w) {

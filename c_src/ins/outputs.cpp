@@ -19,7 +19,7 @@ Covariance Model::covariance_at(const State& s, double ahead_s) const {
 
 namespace {
 
-// The fixes move as the velocities say, or the state has decided against the velocities.
+// Positions move as the velocities predict, or the velocities were found wrong.
 bool aids_agree(const State& s, double now_s) {
     return s.contradiction.verdict == Contradiction::velocity_wrong || s.aids.holds(now_s);
 }
@@ -27,7 +27,7 @@ bool aids_agree(const State& s, double now_s) {
 // A single refusal is an outlier.
 bool are_refused(const State& s, int channel) { return s.refused_in_row[channel] > 1; }
 
-// The IMU is alive, and no monitor has found an inconsistency for consistent_for_s. given: the state is; it needs no aids.
+// The IMU sends samples, and no monitor has found an inconsistency for consistent_for_s. A given start state needs no aids.
 bool is_consistent(const State& s, double now_s, bool given) {
     constexpr double silent_s = 1, consistent_for_s = 2;
     const bool open = are_refused(s, velocity) && s.contradiction.verdict != Contradiction::velocity_wrong;

@@ -141,7 +141,7 @@ public:
         }
     }
 
-    // Of the state, nx x nx, row-major.
+    // Covariance of the state, nx x nx, row-major.
     void covariance(double* out) const {
         const int nx = model.nx;
         for (int i = 0; out && i < nx; ++i)

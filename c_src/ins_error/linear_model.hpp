@@ -79,7 +79,7 @@ private:
 
     bool matrices_of_lambda_are_possible(const ModelData& m, Refusal& why) const;
 
-    // Of the noises: an identity stands for a G or Bn that is not given.
+    // Numbers of noises: a G or Bn that is not given is the identity.
     int nw_of(const ModelData& m) const { return m.G ? m.nw : nx; }
     int nl_of(const ModelData& m) const { return m.Bn ? m.nl : nz; }
 

@@ -10,7 +10,7 @@ constexpr R square(R x) {
     return x * x;
 }
 
-// Of a uniform distribution over a turn, rad^2.
+// Variance of a uniform distribution over a turn, rad^2.
 template <class R>
 constexpr R any_angle_variance = R(M_PI * M_PI / 3);
 

@@ -146,7 +146,7 @@ double Model::next_event_of_plant_s(const State& s) const {
     return crosses() && flows(s) ? s.x()[layout().next_event] : HUGE_VAL;
 }
 
-// Of the first part; before the estimate has begun nothing flows.
+// Values of the indicators in the first part; 1 before the estimate has begun, since nothing flows.
 bool Model::indicators_at(const State& s, const double* x, double* z) const {
     const int count = problem_->sizes.indicators;
     std::fill_n(z, count, 1.0);

@@ -15,7 +15,7 @@ public:
         int count() const { return static_cast<int>(last - first); }
     };
 
-    // Counts on an arena without memory.
+    // On an arena without memory it only counts.
     Dependencies(Arena& arena, const Problem& problem);
 
     // declared: those that the plant declares; otherwise all rows depend on all columns.

@@ -30,10 +30,10 @@ struct Owned {
 // One instance, stepped from the start of its plan.
 class Walk {
 public:
-    // Of a step: states, derivatives, sensors, statuses, time of the next event.
+    // Numbers of a step: states, derivatives, sensors, statuses, time of the next event.
     static int numbers_of(const PlantSizes& sizes) { return 2 * sizes.states + sizes.outputs + 2; }
     static int answers_of(const PlantSizes& sizes) { return steps * numbers_of(sizes); }
-    // Of all steps, and behind them the present states and inputs.
+    // Bytes of all steps, followed by the present states and inputs.
     static std::size_t bytes_of(const PlantSizes& sizes) {
         return (answers_of(sizes) + sizes.states + sizes.inputs) * sizeof(double);
     }

@@ -73,7 +73,7 @@ class Reader {
 public:
     explicit Reader(Plan& plan) : plan_(plan), sizes_(plan.sizes) {}
 
-    // Null: the line was read.
+    // Returns a message, or null if the line was read.
     const char* take(Words& words) {
         const char* key = words.word();
         if (!*key) return nullptr;
@@ -158,7 +158,7 @@ private:
                     plan_.noise + i, plan_.nominal + i, plan_.ready_sigma + i);
     }
 
-    // A place below a count. False: there is none.
+    // Reads a place below count. Returns false if the next word is none.
     static bool place(Words& words, int count, std::uint32_t* i) {
         *i = words.reference();
         return *i < static_cast<std::uint32_t>(count);

@@ -49,7 +49,7 @@ int Model::first_changed(const double* part) const {
     return -1;
 }
 
-// Of all indicators: derivatives by X, and rates along the flow.
+// Derivatives of all indicators by X, and their rates along the flow.
 bool Model::gradients(const State& s, double t_s, const double* X, const double* dX) const {
     const Problem& p = *problem_;
     const int count = p.sizes.indicators;

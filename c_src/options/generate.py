@@ -313,7 +313,7 @@ def literal(text: str) -> str:
 
 
 def prose(text: str) -> str:
-    """What only a reader needs."""
+    """Text that only readers need: the small build leaves it out."""
     return f"text({literal(text)})"
 
 

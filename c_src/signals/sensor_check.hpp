@@ -31,7 +31,7 @@ struct SensorCheckSettings {
     R min_range = 0; // no sensor of the kind saturates below it
 };
 
-// Of a sensor with so many axes. Part of a filter's state: numbers of eight bytes only.
+// Check of a sensor with `count` axes. Part of a filter's state: numbers of eight bytes only.
 template <class R, int count = 3>
 struct SensorCheck {
     using Vector = Eigen::Matrix<R, count, 1>;
@@ -71,7 +71,7 @@ struct SensorCheck {
         return usual * usual * (2 * memory_s * interval_s + before_s * before_s);
     }
 
-    // Of the rotation, by a gyroscope in a hand.
+    // Variance of the rotation that is lost without samples of a gyroscope in a hand.
     R lost_rotation(int axis, R interval_s, double t_s) const {
         constexpr R rate_rad_s = 2, memory_s = R(0.3);
         return lost(axis, interval_s, t_s, rate_rad_s, memory_s);

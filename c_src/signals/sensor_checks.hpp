@@ -27,7 +27,7 @@ struct Examined {
     bool rate_at_fault; // an axis of the gyroscope is stuck or saturated: its rate is used, and its turn is uncertain
 };
 
-// Whether a body with this rate turns faster than any at rest.
+// Whether the rate exceeds that of a body at rest.
 template <class R>
 inline bool turns(const Vector3Of<R>& rate) {
     constexpr R at_rest_rad_s = R(0.2);

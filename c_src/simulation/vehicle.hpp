@@ -44,7 +44,7 @@ private:
     struct Signal {
         double value, rate;
     };
-    // Of the body at an instant, in its level axes.
+    // Motion of the body at an instant, in its level axes.
     struct Motion {
         Signal speed, climb, heave, roll, pitch; // climb: angle of the way above the level; heave: velocity down
         double turn_rad_s;

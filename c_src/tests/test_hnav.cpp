@@ -604,7 +604,7 @@ TEST(BadInput, EverySampleThatIsNoSampleIsRefusedAndChangesNothing) {
     EXPECT_EQ(f.diagnostics().non_finite, 7u);
     EXPECT_EQ(f.diagnostics().zero, 3u);
     EXPECT_EQ(f.diagnostics().late, 1u);
-    // and it goes on
+    // The filter continues.
     Row next = rows.back();
     next.t_s += 0.01;
     f.push(next);

@@ -44,7 +44,7 @@ class HnavValueError(HnavError, ValueError):
 
 
 class UnknownOptionError(HnavValueError, AttributeError):
-    """There is no option of this name; the text proposes one. hasattr and getattr with a default take it for what it is."""
+    """There is no option of this name; the message proposes one. It is an AttributeError, so hasattr and getattr with a default work."""
 
 
 class HnavRuntimeError(HnavError, RuntimeError):

@@ -50,8 +50,8 @@ struct BiasSteps {
         return has_lasted(likely_s, lasts_s);
     }
 
-    // q: the attitude now, 4. Iron on a body that has turned has turned the azimuth of the field, which looks like a drift, also while the body
-    // turns back. Chosen: with 0.6 rad the tilt of a quadrotor with a step is ready and wrong for 6 % of the time instead of 5.
+    // q: the present attitude. Iron on a turning body changes the azimuth of the field, which looks like a drift, also while the
+    // body turns back. Chosen: with 0.6 rad the tilt of a quadrotor with a step is ready and wrong for 6 % of the time instead of 5.
     void note_attitude(const R* q) {
         constexpr R cosine_of_half = R(0.94);
         R product = 0, before2 = 0, now2 = 0;
@@ -87,7 +87,7 @@ private:
     }
     Steps<3, R> with_step(const Evidence& of) const { return with(of, step_rad_s * step_rad_s + unmodelled2()); }
 
-    // Of the likelihoods with and without a step.
+    // Twice the logarithm of the ratio of the likelihoods with and without a step.
     R twice_log_ratio(const Evidence& of) const {
         return with_step(of).twice_log_ratio() - with(of, unmodelled2()).twice_log_ratio();
     }

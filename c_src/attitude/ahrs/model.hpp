@@ -99,7 +99,7 @@ public:
     Matrix3 rotation_covariance(const State& s) const;
     Vector3 rotation_variances(const State& s) const; // its diagonal
     Vector3 bias_variances(const State& s) const;
-    // Of the rotation about an axis, when the estimate is shown so long after the newest event.
+    // Variance of the rotation about an axis for an estimate that is shown silence_s after the newest event.
     R silence_variance(const State& s, double silence_s) const {
         return s.rate_change.silence_variance(silence_s, s.spacing_s[gyro], R(options_.gap_turn_factor));
     }
@@ -186,7 +186,7 @@ private:
         const R added = reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
         return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, R(options_.ready_heading_rad));
     }
-    // Of the heading by a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
+    // Variance of a heading from a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
     static R tilted_field_variance(const State& s) {
         if (!s.vehicle_tilt.is_possible() || s.used[heading] > 0 || !s.has_reference) return 0;
         const R tangent = s.reference[1] / s.reference[0];

@@ -9,8 +9,8 @@
 //     bias, bias  t Q_b      rotation, bias  -C Q_b,  C = int R_bn t dt
 //     rotation, rotation  level N,  N' = R_bn shape C' + C shape R_bn'.
 // The shape is I, unless the walk is adapted as printed in the paper. C and N are exact at events, for the rate is held between
-// them (bias_walk.hpp). After the last event, where the covariance is shown and corrects nothing, C goes on by the mean time and N
-// stays: a polynomial of second degree in the states, which the derivatives of outputs rely on (c_api/shown_along.hpp).
+// them (bias_walk.hpp). After the last event, where the covariance is shown and corrects nothing, C is extrapolated by the mean
+// time and N is held: a polynomial of second degree in the states, which the derivatives of outputs rely on (c_api/shown_along.hpp).
 // White noise of the gyroscope of density n adds n t to the rotation; the paper's noise of density p on all four components of q
 // adds 4 p t to it, and p t to the variance of the length.
 #pragma once

@@ -75,7 +75,7 @@ public:
     // The noise of a turn cannot be undone for another rate: no hold after the fact.
     static constexpr bool turns_back = false;
     static constexpr bool reholds = false;
-    // Of the usual change of the rate: a gap may fall into the fastest part of a turn.
+    // Factor on the usual change of the rate: a gap may fall into the fastest part of a turn.
     static constexpr R gap_turn_factor = R(2.5);
 
     void before_flow(State& s, const Event& event) const {
@@ -88,7 +88,7 @@ public:
     // outputs.hpp
     Quaternion attitude(const State& s) const; // of the estimate
     Estimate estimate(const State& s) const;
-    // Of the rotation about an axis, when the estimate is shown so long after the newest event.
+    // Variance of the rotation about an axis for an estimate that is shown silence_s after the newest event.
     R silence_variance(const State& s, double silence_s) const {
         return s.rate_change.silence_variance(silence_s, s.spacing_s, gap_turn_factor);
     }

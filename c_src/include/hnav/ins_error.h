@@ -72,7 +72,7 @@ HNAV_API hnav_status hnav_ins_error_filter_replace_model(hnav_ins_error_filter* 
 
 /* One step: u (nu) was held since the last step and is not read by the first, whose prior is x0 and P0; z (nz). A channel
  * is missing when its z is NaN, or when present (nz, null for all) is 0 there. Errors: NON_FINITE (u, infinite z), SOLVER
- * (a covariance without its sign, or an estimate without bound). */
+ * (a covariance that is singular or negative, or an unbounded estimate). */
 HNAV_API hnav_status hnav_ins_error_filter_step(hnav_ins_error_filter* filter, const double* u, const double* z,
                                                 const uint8_t* present);
 

@@ -134,7 +134,7 @@ class NavigationRun:
         return one.rows(fresh)
 
     def without(self, kinds: Iterable[str]) -> NavigationRun:
-        """A copy that goes on without the samples of these kinds that have not arrived yet; this one stays as it is."""
+        """A copy that continues without the samples of these kinds that have not arrived yet; this run is not changed."""
         made = copy(self)
         made.ins = copy(self.ins)
         made._waiting = {kind: one for kind, one in self._waiting.items() if kind not in kinds}

@@ -49,7 +49,10 @@ MOST = 64  # numbers that an exported observer estimates
 
 
 def export(observer: Observer, path: Path | str, fmi_version: int, period_s: float, covariance: bool | None = None) -> list[str]:
-    """Writes the FMU; covariance: with all of P, None: of up to LARGEST_COVARIANCE numbers. Answers the platforms of the plant that it does not run on. Raises HnavValueError with the cure."""
+    """Writes the FMU and returns the platforms of the plant on which it does not run. Raises HnavValueError with the remedy.
+
+    covariance: whether P is an output; None: if the plan estimates at most LARGEST_COVARIANCE numbers.
+    """
     fmu = plant_of(observer)
     if fmi_version not in (2, 3):
         raise HnavValueError("option", f"fmi_version is {fmi_version}: it must be 2 or 3", "fmi_version")

@@ -142,7 +142,7 @@ class Plan:
         self, name: str, *, start: float = math.nan, start_sigma: float, noise: float = 0.0, time_constant_s: float = 0.0,
         ready_sigma: float = math.inf, min: float | None = None, max: float | None = None,
     ) -> Self:  # fmt: skip
-        """An input that nobody measures, estimated as a random walk, or, with a time constant, as one that decays to 0. min, max: as of
+        """An input that is not measured, estimated as a random walk, or, with a time constant, as one that decays to 0. min, max: as of
         a state."""
         self._input(name)
         _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma, time_constant_s=time_constant_s)

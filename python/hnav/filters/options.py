@@ -19,7 +19,7 @@ INS_PRESETS = enumerators("hnav_ins_preset", "HNAV_INS_")
 BODIES = enumerators("hnav_body", "HNAV_BODY_")
 """Choices of the option body of the AHRS and the INS: any, hand, walker, car, ship, quadrotor, aircraft."""
 CAR_ACROSS_M_S = 0.1
-"""car_across_m_s of the INS for a car: tyres on a road. The INS takes it for body = "car" (with_body in c_src/ins/model.hpp)."""
+"""car_across_m_s of the INS for a car: tyres on a road. The INS uses it with body = "car" (with_body in c_src/ins/model.hpp)."""
 PRESETS = {**FILTERS, "ins": INS_PRESETS}
 
 

@@ -79,7 +79,7 @@ class Fmu:
         self.model_exchange = model_exchange
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in self.description.modelVariables}
         self.messages: list[str] = []
-        # Sources are most of an archive's files, and for compilers only.
+        # Most files of an archive are sources, which only a compiler reads.
         fmpy.extract(str(path), self._folder, include=lambda name: not name.removeprefix("./").startswith("sources/"))
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
