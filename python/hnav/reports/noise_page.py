@@ -13,7 +13,7 @@ from hnav import __version__
 from hnav.filters.noise import ENTRIES, SensorNoise
 from hnav.io.outputs import write_files
 from hnav.reports.colours import BLUE, GREEN, VERMILION
-from hnav.reports.page import document, heading_of
+from hnav.reports.page import AXIS, document, heading_of
 from hnav.reports.panels import Panel, grid_of, panel_of, table, translucent
 
 TITLES = {"gyro": "Gyroscope", "accel": "Accelerometer", "mag": "Magnetometer"}
@@ -61,8 +61,9 @@ def _allan(noise: SensorNoise, sensor: str) -> Any:
         figure.add_trace(go.Scatter(x=noise.tau_s, y=deviation, mode="markers", name=name, marker=dict(color=colour, size=5)))
         fitted = noise.fitted()[:, axis] / si
         figure.add_trace(go.Scatter(x=noise.tau_s, y=fitted, mode="lines", line=dict(color=colour, width=1.2), showlegend=False))
-    figure.update_xaxes(type="log", title_text="tau / s")
-    figure.update_yaxes(type="log", title_text=f"Allan deviation / ({unit})")
+    decades = dict(type="log", dtick=1, minor=dict(dtick="D1", showgrid=True, gridcolor=AXIS["gridcolor"]))
+    figure.update_xaxes(decades, title_text="tau / s")
+    figure.update_yaxes(decades, title_text=f"Allan deviation / ({unit})")
     return figure
 
 

@@ -73,8 +73,9 @@ def _attitudes(seen: View) -> Any:
             figure.add_trace(go.Scatter(x=scale * shown[:, 0], y=scale * shown[:, 1], mode="markers", name=name, legendgroup=name,
                                         showlegend=column == 1, marker=dict(color=colour, size=11, symbol=symbol)), 1, column)  # fmt: skip
         side = "" if column == 1 else str(column)
-        figure.update_xaxes(title_text="x", range=[-1.1, 1.1], matches=None, row=1, col=column)
-        figure.update_yaxes(title_text="y" if column == 1 else "", range=[-1.1, 1.1], scaleanchor=f"x{side}", row=1, col=column)
+        square = dict(range=[-1.1, 1.1], constrain="domain", row=1, col=column)
+        figure.update_xaxes(title_text="x", matches=None, **square)
+        figure.update_yaxes(title_text="y" if column == 1 else "", scaleanchor=f"x{side}", **square)
     return figure
 
 
