@@ -118,3 +118,19 @@ def test_tracks_of_gpx(tmp_path):
     path.write_text('<!DOCTYPE gpx [<!ENTITY a "b">]>' + head + points)
     with pytest.raises(RecordingError, match="it defines entities"):
         read_aids(path)
+
+
+@pytest.mark.parametrize("shape", [recorded.xsens, recorded.dot])
+@pytest.mark.parametrize("rate_hz", [None, 100.0])
+def test_packets_that_xsens_has_lost_are_a_gap(tmp_path, motion, shape, rate_hz):
+    """By the counter, also where the caller states the rate: the rows behind the loss were put right behind those before it."""
+    path = shape(tmp_path, motion)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:300] + lines[340:]) + "\n")
+    recording = read(path, rate_hz=rate_hz)
+    steps_s = np.diff(recording.t_s)
+    assert len(recording.t_s) == len(motion.t_s) - 40
+    np.testing.assert_allclose(steps_s.max(), 0.41, atol=1e-6)
+    np.testing.assert_allclose(np.delete(steps_s, steps_s.argmax()), 0.01, atol=1e-6)
+    np.testing.assert_allclose(recording.rate_b_rad_s[-1], motion.rate_b_rad_s[-1], rtol=1e-6)
+    assert {one.code for one in recording.check() if one.level != "note"} == {"gaps"}

@@ -21,6 +21,8 @@ from hnav.units import SI_PER, si_per
 LATEST_S = 60.0  # of fixes_late_s
 FIXES = ("position", "velocity")
 SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics
+BY_RATE = Unit("s", "by the rate given")
+"""Of times that a reader has put at the intervals of rate_hz; rows without a sample and lost packets take theirs."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,9 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     refuse_unused_names(shown, raw, wishes)
     notes = list(raw.notes)
     streams = []
+    rate_hz = None if raw.time_unit == BY_RATE else wishes.rate_hz
     for stream in raw.streams:
-        ordered, note = _in_order(shown, stream, wishes.rate_hz)
+        ordered, note = _in_order(shown, stream, rate_hz)
         streams.append(_without_repeats(ordered) if wishes.drop_repeats else ordered)
         notes += [note] if note else []
     if not streams or not any(len(stream.t_s) for stream in streams):

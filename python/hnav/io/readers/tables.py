@@ -23,7 +23,7 @@ from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, 
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
-from hnav.io.readers.streams import Raw, Stream, Wishes, alone, cannot_be_read, library
+from hnav.io.readers.streams import BY_RATE, Raw, Stream, Wishes, alone, cannot_be_read, library
 from hnav.io.readers.unit_names import unknown_unit
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import si_per
@@ -180,7 +180,7 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     """The times of the rows in s, their unit, and notes about corrections. Raises RecordingError for unusable times."""
     n = len(next(iter(table.values.values())))
     if wishes.rate_hz is not None:
-        return np.arange(n) / wishes.rate_hz, Unit("s", "by the rate given"), ()
+        return np.arange(n) / wishes.rate_hz, BY_RATE, ()
     column = table.columns.get("t_s")
     if column is None:
         raise RecordingError(f"{missing_column(shown, table, 't_s')}, or give rate_hz")

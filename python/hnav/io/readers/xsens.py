@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.streams import BY_RATE, Raw, Wishes
 from hnav.io.readers.tables import Table, parse, raw_of
 from hnav.io.recordings import RecordingError, Unit
 
@@ -47,29 +47,40 @@ def refuse_binary(path: Path, wishes: Wishes) -> Raw:
 
 
 def read_xsens_text(path: Path, wishes: Wishes) -> Raw:
-    """Times by SampleTimeFine, else by PacketCounter and the update rate of the comments. Raises RecordingError."""
+    """Times by SampleTimeFine, else by PacketCounter and the update rate of the comments; lost packets are gaps. A rate that the caller
+    gives is that of the packets. Raises RecordingError."""
     data = path.read_bytes()
     text = data[:HEAD_BYTES].decode("utf-8-sig", "replace")
-    for counter, turn in COUNTERS.items():
-        fine = counter == "SampleTimeFine"
-        interval_s = FINE_S if fine else _interval_s(text)
-        if interval_s is None or not re.search(rf"^(?:.*[\t,;])?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
-            continue
-        timed = replace(wishes, columns={"t_s": counter, **wishes.columns})
-        table = parse(str(path), data, timed)
-        ticks = table.values["t_s"]
-        if not np.isfinite(ticks).all() or not np.diff(ticks).any() or (ticks % 1).any():
-            continue  # an empty column, or some other time under this name
-        passed = np.diff(ticks, prepend=ticks[:1]) % turn
-        dot = fine and np.median(passed[1:]) > LEAST_TICKS_OF_DOT
-        seconds = (FINE_OF_DOT_S if dot else interval_s) * np.cumsum(passed)
-        made = Table(table.columns, {**table.values, "t_s": seconds}, table.layout, instants=True)
-        raw = raw_of(str(path), made, wishes, UNITS_OF_DOT if dot else UNITS, "xsens-text")
-        return replace(raw, time_unit=Unit("s", f"by {counter}"))
-    return raw_of(str(path), parse(str(path), data, wishes), wishes, UNITS, "xsens-text")
+    fine = _counted(path, data, text, "SampleTimeFine", wishes)
+    dot = fine is not None and float(np.median(np.diff(fine.values["t_s"]))) > LEAST_TICKS_OF_DOT
+    units = UNITS_OF_DOT if dot else UNITS
+    packet_s = _packet_s(text) if wishes.rate_hz is None else 1 / wishes.rate_hz
+    by_fine = fine if wishes.rate_hz is None else None
+    packets = None if by_fine else _counted(path, data, text, "PacketCounter", wishes)
+    if by_fine is not None:
+        table, tick_s = by_fine, FINE_OF_DOT_S if dot else FINE_S
+    elif packets is not None and packet_s is not None:
+        table, tick_s = packets, packet_s
+    else:
+        return raw_of(str(path), parse(str(path), data, wishes), wishes, units, "xsens-text")
+    made = replace(table, values={**table.values, "t_s": tick_s * table.values["t_s"]}, instants=True)
+    raw = raw_of(str(path), made, replace(wishes, rate_hz=None), units, "xsens-text")
+    return replace(raw, time_unit=BY_RATE if wishes.rate_hz else Unit("s", f"by {table.columns['t_s'].name}"))
 
 
-def _interval_s(text: str) -> float | None:
+def _counted(path: Path, data: bytes, text: str, counter: str, wishes: Wishes) -> Table | None:
+    """The table with one of COUNTERS, counted on beyond its turns, as t_s; None where it has no such column. Raises RecordingError."""
+    if not re.search(rf"^(?:.*[\t,;])?{counter}\b", text, re.MULTILINE) or "t_s" in wishes.columns:
+        return None
+    table = parse(str(path), data, replace(wishes, columns={"t_s": counter, **wishes.columns}))
+    ticks = table.values["t_s"]
+    if not np.isfinite(ticks).all() or not np.diff(ticks).any() or (ticks % 1).any():
+        return None  # an empty column, or some other time under this name
+    passed = np.diff(ticks, prepend=ticks[:1]) % COUNTERS[counter]
+    return replace(table, values={**table.values, "t_s": np.cumsum(passed)})
+
+
+def _packet_s(text: str) -> float | None:
     """By the comment "// Update Rate: 100.0Hz"."""
     match = re.search(r"^//\s*Update Rate:\s*([\d.]+)\s*Hz", text, re.MULTILINE)
     try:
