@@ -279,3 +279,24 @@ def test_rows_of_several_devices_are_not_read_as_one(tmp_path, names, in_blocks)
         read(path)
     path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *[row for row in rows if names[0] in row]]) + "\n")
     assert len(read(path).t_s) == 100
+
+
+@pytest.mark.parametrize("name, is_time", [
+    ("sensor", False), ("log", False), ("system", False), ("gps", False), ("utc", True), ("gps_tow", True), ("elapsed", True),
+    ("Sample Time (s)", True), ("sensor time", True), ("offset_ms", True),
+])  # fmt: skip
+def test_words_that_stand_beside_a_time_name_none_alone(tmp_path, motion, name, is_time):
+    """A column "sensor" was taken for the time stamps, a text in it for a faulty one."""
+    path = recorded.house(tmp_path, motion)
+    factor = 1000 if name.endswith("_ms") else 1
+    header, *rows = path.read_text().splitlines()
+    cells = [f"{factor * float(row.partition(',')[0])!r}" if is_time else "IMU1" for row in rows]
+    path.write_text(
+        "\n".join([f"{name},{header.partition(',')[2]}", *(f"{c},{r.partition(',')[2]}" for c, r in zip(cells, rows))])
+    )
+    if is_time:
+        np.testing.assert_allclose(read(path).t_s, motion.t_s, atol=1e-9)
+        return
+    with pytest.raises(RecordingError, match="column t_s is missing"):
+        read(path)
+    assert read(path, rate_hz=100).origin.notes == (f"columns not read: {name}",)

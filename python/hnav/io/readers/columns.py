@@ -57,9 +57,11 @@ TIME_STEMS = _words(
     "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
 TIME_FILLERS = _words(
-    "sensor log logging rtc unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
+    "sample sensor log logging rtc unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
 )
 
+CLOCKS = _words("rtc unix tow elapsed utc startup boot reboot")
+"""Of these fillers one alone may be a column of times."""
 
 OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
@@ -145,7 +147,8 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
     named = [token for token in rest if token not in TIME_FILLERS]
     of_sensor = len(named) > 1 and len(named[0]) > 2 and named[0] in SENSOR_OF
     named = named[1:] if of_sensor else named
-    if not (tokens and (rest or found) and TIME_STEMS.issuperset(named)):
+    is_time = named or found or not CLOCKS.isdisjoint(rest)  # a column "sensor" or "log" names none
+    if not (is_time and TIME_STEMS.issuperset(named)):
         return None
     # A date alone is not used as the time beside another column of times.
     return Column("t_s", name, place, found, rank=OF_A_SENSOR if of_sensor else 0 if found else 2 if named == ["date"] else 1)
