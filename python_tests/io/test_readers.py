@@ -300,3 +300,11 @@ def test_words_that_stand_beside_a_time_name_none_alone(tmp_path, motion, name, 
     with pytest.raises(RecordingError, match="column t_s is missing"):
         read(path)
     assert read(path, rate_hz=100).origin.notes == (f"columns not read: {name}",)
+
+
+def test_columns_that_are_proposed_for_a_sensor_number_no_rows_and_hold_no_times(tmp_path):
+    header = "time,counter,packet_no,systemtime_ms,date,Id,device,imu_p,imu_q,imu_r,acc_x,acc_y,acc_z"
+    path = tmp_path / "unnamed.csv"
+    path.write_text("\n".join([header, *(f"{k},1,1,0,0,1,A,0,0,0,0,0,9.8" for k in range(20))]))
+    with pytest.raises(RecordingError, match="such as columns gx=imu_p columns gy=imu_q columns gz=imu_r$"):
+        read(path)

@@ -39,6 +39,9 @@ MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 MARKS = "; where decimals have commas too, part the cells by semicolons"
 DEVICE = re.compile(r"(device|sensor|imu|node|tag|serial|mac|module)[ _-]?(name|id|no|nr|number|address)?", re.IGNORECASE)
 """Names of columns that distinguish rows of several devices."""
+OF_TIME = re.compile(r"time|stamp|clock|date|sec|(?<![a-z])[mun]s(?![a-z])", re.IGNORECASE)
+OF_ROWS = re.compile(rf".*(count|packet|index|seq|number).*|(.*[^a-z])?(id|no|nr|row)|{DEVICE.pattern}", re.IGNORECASE)
+"""Names of columns of times, and of those that number or name rows: neither is of a sensor."""
 MOST_DEVICES = 20
 """More are no names."""
 ENCODINGS = ("utf-8-sig", "cp1252")
@@ -223,8 +226,8 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     taken = {column.place for column in table.columns.values()}
     names = [name.strip() for name in table.layout.names]
     free = [name for place, name in enumerate(names) if place not in taken and name]
-    if roles == ("t_s",):
-        free = [name for name in free if re.search("time|stamp|clock|sec|ms", name, re.IGNORECASE)]
+    of_time = roles == ("t_s",)
+    free = [name for name in free if bool(OF_TIME.search(name)) == of_time and (of_time or not OF_ROWS.fullmatch(name))]
     said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
     at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}"
     if len(roles) == len("xyz") and _holds_no_more(table):
