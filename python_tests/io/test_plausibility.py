@@ -274,7 +274,9 @@ def test_units_are_named_against_those_the_file_was_read_with(held):
         for name in ("force in g", "rows repeated", "rate negated")
         for finding in FAULTS[name].make(held).check()
     }
-    assert words["accel_unit"] == 'use accel_unit="g"' and words["drop_repeats"] == "use drop_repeats=True"
+    assert words["accel_unit"] == 'use accel_unit="g"' and words["drop_repeats"].startswith(
+        "use drop_repeats=True; and gyro_hold=instant"
+    )
     assert words["axes"] == 'use axes={"gyro": "-x,-y,-z"}'
     # Hard iron is as large as milligauss taken for microtesla.
     magnetised = replace(
@@ -321,3 +323,17 @@ def test_no_piece_of_a_hand_that_turns_about_and_about_is_taken_for_degrees(broa
             piece = slice(first, first + 5000)
             live = {"gyro": (trial.t_s[piece], trial.rate_b_rad_s[piece]), "accel": (trial.t_s[piece], trial.force_b_m_s2[piece])}
             assert unit_of_rates(live).unit != "deg/s", (path, first)
+
+
+def test_a_field_that_does_not_turn_with_the_rates_gives_them_no_scale(held):
+    """One of a machine beside the body: a check that calls its axes not testable warned of the scale of the rates by it."""
+    turns = Rotation.from_rotvec(8 * held.rate_b_rad_s * np.gradient(held.t_s)[:, None])
+    fast = [Rotation.identity()]
+    for turn in turns[:-1]:
+        fast.append(fast[-1] * turn)
+    field = Rotation.concatenate(fast).inv().apply([2e-5, 0, 4e-5])
+    wander = np.cumsum(np.random.default_rng(3).normal(0, 1, field.shape), axis=0)
+    for size, code in ((0.0, "scale"), (2.5e-7, "not_testable")):
+        spoilt = replace(held, field_b_tesla=field + size * wander)
+        codes = {finding.code for finding in spoilt.check() if finding.sensor in ("gyro", "mag")}
+        assert code in codes and codes.isdisjoint({"scale", "not_testable"} - {code})

@@ -76,7 +76,7 @@ def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[
         if not low < scale < high:
             yield _wrong_scale(sensor, scale, certain=True)
             return
-    field = fits["mag"]
+    field = fits["mag"] if "mag" in sure else None
     if field is not None and abs(field.scale - 1) > SCALE_ERROR[0] + SCALE_ERROR[1] * (1 - field.as_it_is**2):
         yield _wrong_scale("mag", field.scale, certain=False)
 
