@@ -35,7 +35,7 @@ IN_A_LINE = (
     (re.compile(r"\balign (?=clock)"), lambda match: "--align "),
     (re.compile(r"\bcolumns (?=\w+=)"), lambda match: "--columns "),
     (re.compile(r'\bhemisphere "(\w+)"'), lambda match: f"--hemisphere {match.group(1)}"),
-    (re.compile(r"\b(?=(?:gyro|accel|mag)_range_\w+=)"), lambda match: "--set "),
+    (re.compile(r"\b(?=(?:(?:gyro|accel|mag)_range_\w+|gyro_hold)=)"), lambda match: "--set "),
 )
 
 

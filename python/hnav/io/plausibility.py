@@ -333,7 +333,14 @@ def _repeated(recording: Recording, live: Samples) -> Iterator[Finding]:
         repeats = (both[1:] == both[:-1]).all(axis=1)
         if len(both) >= ENOUGH and both.std(axis=0).any() and repeats.mean() > REPEATED_ROWS:
             shown = f"{100 * repeats.mean():.0f} % of the rows repeat the one before"
-            yield warning("repeated", "gyro", f"{shown}: they were written more often than measured", "drop_repeats", "yes")
+            yield warning(
+                "repeated",
+                "gyro",
+                f"{shown}: they were written more often than measured",
+                "drop_repeats",
+                "yes",
+                "and gyro_hold=instant with it, unless the gyroscope gives means of the interval before (FIFO, integrating chip)",
+            )
     if "mag" in live:
         t_s, field = live["mag"]
         repeats = (field[1:] == field[:-1]).all(axis=1)
