@@ -195,3 +195,12 @@ def test_memory_does_not_grow_with_the_table(frame, write, tmp_path, monkeypatch
         many = pd.concat([frame.ffill()] * copies, ignore_index=True)
         peaks.append(peak_bytes(write(many.assign(t_s=0.01 * np.arange(len(many)))), tmp_path / "out.csv"))
     assert peaks[2] < 1.1 * peaks[1]
+
+
+def test_a_device_that_begins_late_in_a_long_table_is_found(frame, write):
+    """Behind the first piece, and behind all lines by which the header is found."""
+    path = write(frame.assign(device=["A"] * 250 + ["B"] * 50))
+    assert long_table(path) is None  # and hnav.read refuses it
+    with pytest.raises(RecordingError, match=r"rows of 2 devices by the column device \(A, B\)"):
+        read(path)
+    assert long_table(write(frame.assign(device="A"))).rows == 300

@@ -273,10 +273,15 @@ def test_rows_of_several_devices_are_not_read_as_one(tmp_path, names, in_blocks)
         rows.sort(key=lambda row: row.split(",")[1])
     path = tmp_path / "two.csv"
     path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *rows]) + "\n")
-    with pytest.raises(
-        RecordingError, match=rf"rows of 2 devices by the column device \({names[0]}, {names[1]}\): .* keep the rows of one"
-    ):
+    said = rf"rows of 2 devices by the column device \({names[0]}, {names[1]}\): .* keep the rows of one"
+    with pytest.raises(RecordingError, match=said):
         read(path)
+    frame = pd.read_csv(path)
+    with pytest.raises(RecordingError, match=said):
+        Recording.from_dataframe(frame)
+    path.with_suffix(".json").write_text(frame.to_json(orient="records"))
+    with pytest.raises(RecordingError, match=said):
+        read(path.with_suffix(".json"))
     path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *[row for row in rows if names[0] in row]]) + "\n")
     assert len(read(path).t_s) == 100
 

@@ -13,7 +13,7 @@ from hnav.io.readers.aids import aids_in
 from hnav.io.readers.columns import QUANTITY_OF, column_of
 from hnav.io.readers.stated_units import with_units
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import Table, raw_of, stream_of, table_of, times_of
+from hnav.io.readers.tables import SeveralDevices, Table, raw_of, stream_of, table_of, times_of
 from hnav.io.recordings import ARRAYS, RecordingError, Unit
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes, units: Ma
     frame = with_units(shown, frame, units)
     try:
         return table_of(frame, shown, wishes)
+    except SeveralDevices:
+        raise
     except RecordingError:
         if wishes.columns and not wishes.only_aids:
             raise

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,7 @@ from hnav.io.readers.tables import (
     plan_of,
     raw_of,
     read_table,
+    refuse_devices,
     table_by,
 )
 from hnav.io.recordings import ARRAYS, Recording, RecordingError
@@ -78,6 +80,8 @@ class LongTable:
         """Reads the table once. Raises _NotPlain, and the errors of the readers for a faulty file or argument."""
         self._path, self._wishes, self._corrected = path, wishes, corrected
         self._plan = self._planned()
+        with ExitStack() as files:
+            refuse_devices(str(path), lambda: files.enter_context(path.open(encoding=self._plan.encoding)), self._plan)
         self._wishes = self._with_units()
         self.name, self.rows = path.stem, 0
         self.findings: list[Finding] = []

@@ -51,6 +51,10 @@ NOT_DIGESTED = (ValueError, OverflowError, Warning)
 """What frames_of may end with."""
 
 
+class SeveralDevices(RecordingError):
+    """A table has rows of several devices."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """The plan for reading a text, by its first lines."""
@@ -281,35 +285,47 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
         frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
-    _refuse_devices(shown, text, plan)
+    refuse_devices(shown, lambda: io.StringIO(text, newline=None), plan)
     return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan)))
 
 
-def _without_role(plan: Plan) -> list[tuple[int, str]]:
+def _without_role(names: Sequence[str], columns: Mapping[str, Column]) -> list[tuple[int, str]]:
     """Place and name of the named columns that are not read."""
-    read = {column.place for column in plan.columns.values()}
-    return [(place, name.strip()) for place, name in enumerate(plan.layout.names) if place not in read and name.strip()]
+    read = {column.place for column in columns.values()}
+    return [(place, name.strip()) for place, name in enumerate(names) if place not in read and name.strip()]
 
 
 def _not_read(plan: Plan) -> Iterator[str]:
-    names = [name for _, name in _without_role(plan)]
+    names = [name for _, name in _without_role(plan.layout.names, plan.columns)]
     if names:
         shown = ", ".join(names[:MOST_NAMES]) + (f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else "")
         yield f"columns not read: {shown}"
 
 
-def _refuse_devices(shown: str, text: str, plan: Plan) -> None:
-    """Raises RecordingError for the rows of several devices in one table, which would be read as samples of one."""
-    for place, name in _without_role(plan):
-        if not DEVICE.fullmatch(name):
-            continue
-        rows = rows_of(io.StringIO(text, newline=None), plan.layout)
-        devices = list(dict.fromkeys(row[place].strip() for _, row in rows if place < len(row) and row[place].strip()))
-        if 1 < len(devices) <= MOST_DEVICES:
-            raise RecordingError(
-                f"{at_header(shown, plan.layout)}: rows of {len(devices)} devices by the column {name} ({', '.join(devices)}): "
-                "a recording is of one device, keep the rows of one"
-            )
+def refuse_devices(shown: str, lines: Callable[[], Iterable[str]], plan: Plan) -> None:
+    """For the lines of a whole text, as _refuse_devices. Raises RecordingError."""
+
+    def cells(place: int) -> Iterator[str]:
+        return (row[place] for _, row in rows_of(lines(), plan.layout) if place < len(row))
+
+    _refuse_devices(at_header(shown, plan.layout), plan.layout.names, plan.columns, cells)
+
+
+def _refuse_devices(
+    at: str, names: Sequence[str], columns: Mapping[str, Column], cells: Callable[[int], Iterable[object]]
+) -> None:
+    """Raises RecordingError for the rows of several devices in one table, which would be read as samples of one.
+
+    cells: of the column at a place.
+    """
+    for place, name in _without_role(names, columns):
+        if DEVICE.fullmatch(name):
+            devices = dict.fromkeys(text for cell in cells(place) if (text := str(cell).strip()) and text.lower() not in MISSING)
+            if 1 < len(devices) <= MOST_DEVICES:
+                raise SeveralDevices(
+                    f"{at}: rows of {len(devices)} devices by the column {name} ({', '.join(devices)}): "
+                    "a recording is of one device, keep the rows of one"
+                )
 
 
 def without_zeros(data: bytes) -> bytes:
@@ -521,6 +537,7 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
         )
     if frame.empty:
         raise RecordingError(f"{shown}: no rows")
+    _refuse_devices(shown, names, columns, lambda place: frame.iloc[:, place].unique())
     values = {}
     instants = False
     for role, column in columns.items():
