@@ -313,3 +313,18 @@ def test_columns_that_are_proposed_for_a_sensor_number_no_rows_and_hold_no_times
     path.write_text("\n".join([header, *(f"{k},1,1,0,0,1,A,0,0,0,0,0,9.8" for k in range(20))]))
     with pytest.raises(RecordingError, match="such as columns gx=imu_p columns gy=imu_q columns gz=imu_r$"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    "spelled, per_s", [("{:.4f} sec", 1), ("{:g} ms", 1e3), ("{:.9f} min", 1 / 60), ("{:.11f} hr", 1 / 3600)]
+)
+def test_times_are_spans_with_their_unit(tmp_path, motion, spelled, per_s):
+    """As MATLAB writes a duration of its timetables."""
+    frame = motion.to_dataframe().reset_index(names="Time")
+    frame["Time"] = [spelled.format(per_s * t) for t in motion.t_s]
+    frame.to_csv(tmp_path / "timetable.csv", index=False)
+    np.testing.assert_allclose(read(tmp_path / "timetable.csv").t_s, motion.t_s, atol=1e-6)
+    np.testing.assert_allclose(Recording.from_dataframe(frame).t_s, motion.t_s, atol=1e-6)
+    frame.loc[50, "Time"] = "0.5 parsec"
+    with pytest.raises(RecordingError, match="column Time: the times are neither numbers nor like .* 1.5 sec"):
+        Recording.from_dataframe(frame)

@@ -1,52 +1,71 @@
-"""Spellings of times: calendar dates and times of day.
+"""Spellings of times: calendar dates, times of day, and spans with their unit, as durations of MATLAB.
 
-2026-01-31T12:00:00.01Z, 31.01.2026 12:00:00,010, 01/31/2026 12:00:00.010 PM, 31-Jan-2026 12:00:00.010, 12:00:00:010, 00:01.5
+2026-01-31T12:00:00.01Z, 31.01.2026 12:00:00,010, 01/31/2026 12:00:00.010 PM, 31-Jan-2026 12:00:00.010, 12:00:00:010, 00:01.5, 1.5 sec
 """
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hnav.io.readers.unit_names import spelled_unit
 from hnav.io.recordings import RecordingError
+from hnav.units import S_PER
 
 if TYPE_CHECKING:
     import pandas as pd
 
 CLOCK = r"(?<![\d:])(?:(\d{1,2}):)?(\d{1,2}):(\d{2})(?:[.,:](\d{1,9}))?(?:\s*([AaPp])\.?[Mm]\b)?"
 """Hours, minutes, seconds, decimals, and whether it is before or after noon; without hours a spreadsheet shows minutes."""
+SPAN = r"^\s*([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµμ]+)\s*$"
 DATE = re.compile(r"\d{1,4}[-/.](?:\d{1,2}|[A-Za-z]{3})[-/.]\d{1,4}")
 HOUR_S, DAY_S, MONTHS = 3600.0, 86400.0, 12
-EXAMPLES = "2026-01-31 12:00:00.01, 31.01.2026 12:00:00.01 or 12:00:00.01"
+EXAMPLES = "2026-01-31 12:00:00.01, 31.01.2026 12:00:00.01, 12:00:00.01 or 1.5 sec"
 
 
 def is_instant(cell: str) -> bool:
-    """Whether a cell has the time of a clock, or a date."""
-    return re.search(CLOCK, cell) is not None or DATE.search(cell) is not None
+    """Whether a cell has the time of a clock, a date, or a span with its unit."""
+    span = re.match(SPAN, cell)
+    return re.search(CLOCK, cell) is not None or DATE.search(cell) is not None or bool(span and spelled_unit("time", span[2]))
 
 
 def seconds_of(at: str, name: str, cells: np.ndarray) -> np.ndarray:
-    """Instants in s since 1970 in UTC, or times of day since the first midnight. Raises RecordingError."""
+    """Instants in s since 1970 in UTC, times of day since the first midnight, or spans in s. Raises RecordingError."""
     import pandas as pd
 
-    texts = pd.Series(cells)
-    try:
-        instants = pd.to_datetime(texts, utc=True, format="ISO8601")
-        return (instants - pd.Timestamp(0, tz="UTC")).dt.total_seconds().to_numpy()
-    except (ValueError, OverflowError, TypeError):
-        pass
-    try:
-        return _by_clock(texts.astype(str))
-    except (ValueError, OverflowError, TypeError):
-        raise RecordingError(f"{at}, column {name.strip()}: the times are neither numbers nor like {EXAMPLES}") from None
+    for read in (_by_calendar, _by_clock, _by_unit):
+        try:
+            return read(pd.Series(cells))
+        except (ValueError, OverflowError, TypeError):
+            pass
+    raise RecordingError(f"{at}, column {name.strip()}: the times are neither numbers nor like {EXAMPLES}")
 
 
-def _by_clock(texts: pd.Series[str]) -> np.ndarray:
+def _by_calendar(cells: pd.Series[Any]) -> np.ndarray:
+    import pandas as pd
+
+    instants = pd.to_datetime(cells, utc=True, format="ISO8601")
+    return np.asarray((instants - pd.Timestamp(0, tz="UTC")).dt.total_seconds(), float)
+
+
+def _by_unit(cells: pd.Series[Any]) -> np.ndarray:
+    """Spans, 1.5 sec. Raises ValueError."""
+    import pandas as pd
+
+    parts = cells.astype(str).str.extract(SPAN)
+    seconds = {text: S_PER.get(spelled_unit("time", str(text)) or "") for text in parts[1].unique()}
+    if None in seconds.values():
+        raise ValueError("no unit of a time")
+    return np.asarray(pd.to_numeric(parts[0].str.replace(",", ".")) * parts[1].map(seconds), float)
+
+
+def _by_clock(cells: pd.Series[Any]) -> np.ndarray:
     """Of a clock, whose midnight is passed, and of the date before it, if there is one. Raises ValueError."""
     import pandas as pd
 
+    texts = cells.astype(str)
     parts = texts.str.extract(CLOCK)
     hours, minutes, seconds = (pd.to_numeric(parts[i]).to_numpy(float) for i in range(3))
     decimals = pd.to_numeric("0." + parts[3].fillna("0")).to_numpy(float)
