@@ -1,11 +1,12 @@
 """Tables whose rows stand in another order than their times, and rows that share one."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from hnav.io.readers import read
 from hnav.io.readers.row_order import by_time
-from hnav.io.recordings import RecordingError
+from hnav.io.recordings import Recording, RecordingError
 
 HEADER = "t_s,gx,gy,gz,ax,ay,az,lat_deg,lon_deg,alt_m"
 RNG = np.random.default_rng(3)
@@ -79,6 +80,19 @@ def test_a_clock_that_was_set_back_is_no_order_of_arrival(tmp_path):
     hopeless = [(RNG.uniform(0, 4), *row[1:]) for row in IMU]
     with pytest.raises(RecordingError, match="does not increase"):
         read(written(tmp_path / "none.csv", hopeless))
+
+
+def test_rows_in_no_order_are_refused_with_the_line_that_sorts_them():
+    """The jumps between them were taken for intervals, and seconds for milliseconds."""
+    frame = pd.DataFrame(IMU, columns=HEADER.split(",")[:7]).rename(columns={"t_s": "time"})
+    shuffled = frame.assign(time=10 * frame.time).sample(frac=1, random_state=1)
+    with pytest.raises(
+        RecordingError, match=r'does not increase after .*; sort the rows by it, in pandas sort_values\("time"\)$'
+    ):
+        Recording.from_dataframe(shuffled)
+    data = Recording.from_dataframe(shuffled.sort_values("time"))
+    np.testing.assert_allclose(data.t_s, 10 * frame.time)
+    np.testing.assert_array_equal(data.rate_b_rad_s[:, 0], frame.gx)
 
 
 def test_what_is_in_order_stays_as_it_is():

@@ -31,7 +31,7 @@ def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:
     Seconds in a header are accepted unless the year would be beyond 5000.
     """
     finite = t[np.isfinite(t)]
-    steps = np.diff(finite)
+    steps = np.diff(np.sort(finite))
     steps = steps[steps > 0]
     if not len(steps):
         return None

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
 SHOWN_CHARACTERS, SHOWN_COLUMNS, MOST_NAMES = 40, 20, 12
 EARTH_UT = (18.0, 80.0)
+SHUFFLED = 0.25  # share of time stamps that run back, of which half do in rows without any order
 MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 """Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
 MARKS = "; where decimals have commas too, part the cells by semicolons"
@@ -218,11 +219,9 @@ def _fault_of_times(shown: str, table: Table, t_s: np.ndarray) -> str:
     first, name = table.layout.first_row + 1, table.columns["t_s"].name.strip()
     if len(bad := np.flatnonzero(~np.isfinite(t_s))):
         return f"{shown}, line {bad[0] + first}, column {name}: a time is missing or not finite"
-    i = int(np.flatnonzero(np.diff(t_s) <= 0)[0])
-    return (
-        f"{shown}, line {i + first + 1}, column {name}: time {t_s[i + 1]:.10g} does not increase after {t_s[i]:.10g}; "
-        "for samples at equal intervals give rate_hz"
-    )
+    i, shuffled = int(np.flatnonzero(np.diff(t_s) <= 0)[0]), (np.diff(t_s) < 0).mean() > SHUFFLED
+    cure = f'sort the rows by it, in pandas sort_values("{name}")' if shuffled else "for samples at equal intervals give rate_hz"
+    return f"{shown}, line {i + first + 1}, column {name}: time {t_s[i + 1]:.10g} does not increase after {t_s[i]:.10g}; {cure}"
 
 
 def missing_column(shown: str, table: Table, *roles: str) -> str:
