@@ -84,8 +84,9 @@ def test_tables_of_pandas_in_json(tmp_path, frame, orient):
 
 def test_feather_pickle_and_a_matrix(tmp_path, frame):
     np.save(tmp_path / "walk.npy", frame.to_numpy())
-    places = ("--columns", "t_s=1,gx=2,gy=3,gz=4,ax=5,ay=6,az=7")
-    assert not filtered(tmp_path / "walk.npy", *places)
+    places = "t_s=1,gx=2,gy=3,gz=4,ax=5,ay=6,az=7"
+    assert f"say their places, such as --columns {places}" in filtered(tmp_path / "walk.npy")
+    assert not filtered(tmp_path / "walk.npy", "--columns", places)
     frame.to_pickle(tmp_path / "walk.pkl")
     assert "a pickle, which may run any code: save .csv, .npz or .parquet" in filtered(tmp_path / "walk.pkl")
     pytest.importorskip("pyarrow")
@@ -99,6 +100,16 @@ def test_feather_pickle_and_a_matrix(tmp_path, frame):
         (lambda r: Filter().run(r), "t_s is no array of numbers but a Recording: give its arrays, or a filter run_recording"),
         (lambda r: Filter().run(0.01, r.rate_b_rad_s), "of samples at equal intervals np.arange(n) / rate_hz"),
         (lambda r: calibrate_magnetometer(r), "but a Recording: give its arrays"),
+        (
+            lambda r: read(r.rate_b_rad_s),
+            "a ndarray: Recording(name, t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla) takes arrays",
+        ),
+        (lambda r: Recording.from_dataframe(r.rate_b_rad_s), "write pandas.DataFrame(array, columns=['t_s', 'gx', ...])"),
+        (
+            lambda r: Recording.from_dataframe(pd.DataFrame(np.ones((9, 7)))),
+            "such as columns t_s=1,gx=2,gy=3,gz=4,ax=5,ay=6,az=7",
+        ),
+        (lambda r: Recording.from_dataframe(pd.DataFrame({"p": [1]})), "among p; say which by columns gx=NAME"),
         (lambda r: read(pd.DataFrame()), "path is no file or folder but a DataFrame: Recording.from_dataframe takes tables"),
         (
             lambda r: Recording(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla),

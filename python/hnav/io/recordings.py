@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 CSV_COLUMNS = ("t_s", "gx", "gy", "gz", "ax", "ay", "az", "mx", "my", "mz")
 ARRAYS = {"gyro": "rate_b_rad_s", "accel": "force_b_m_s2", "mag": "field_b_tesla"}
 """Where the samples of a sensor stand in a Recording."""
+ORDER = "Recording(name, t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)"
 
 
 class RecordingError(HnavValueError):
@@ -82,8 +83,7 @@ class Recording:
     def __post_init__(self) -> None:
         """Lists are arrays. Raises RecordingError for arrays of other shapes, and for a name that is not a text."""
         if not isinstance(self.name, str):
-            order = "Recording(name, t_s, rate_b_rad_s, force_b_m_s2, field_b_tesla)"
-            raise RecordingError(f"name is no text but a {type(self.name).__name__}: write {order}", "name")
+            raise RecordingError(f"name is no text but a {type(self.name).__name__}: write {ORDER}", "name")
         object.__setattr__(self, "t_s", np.asarray(self.t_s, float))
         shape = self.t_s.shape
         for name in ARRAYS.values():

@@ -17,7 +17,7 @@ from hnav.io.aids import AidSamples
 from hnav.io.readers.formats import FORMATS, reader_of
 from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of, refuse_unused_names
 from hnav.io.readers.tables import raw_of, table_of
-from hnav.io.recordings import Recording, RecordingError
+from hnav.io.recordings import ORDER, Recording, RecordingError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +53,8 @@ def read(
     where, and what to do.
     """
     if not isinstance(path, (str, os.PathLike)):
-        cure = ": Recording.from_dataframe takes tables of pandas" if hasattr(path, "columns") else ""
+        cure = f": {ORDER} takes arrays" if hasattr(path, "shape") else ""
+        cure = ": Recording.from_dataframe takes tables of pandas" if hasattr(path, "columns") else cure
         raise RecordingError(f"path is no file or folder but a {type(path).__name__}{cure}", "path")
     path = Path(path)
     wishes = Wishes(

@@ -13,7 +13,7 @@ from hnav.io.readers.aids import aids_in
 from hnav.io.readers.columns import QUANTITY_OF, column_of
 from hnav.io.readers.stated_units import with_units
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import SeveralDevices, Table, raw_of, stream_of, table_of, times_of
+from hnav.io.readers.tables import SeveralDevices, Table, raw_of, say_places, stream_of, table_of, times_of
 from hnav.io.recordings import ARRAYS, RecordingError, Unit
 
 if TYPE_CHECKING:
@@ -63,7 +63,10 @@ def _refuse_missing(shown: str, tables: Mapping[str, Sequence[object]], found: s
     """Raises RecordingError, with the existing tables and columns, if the gyroscope or the accelerometer is missing."""
     if missing := [sensor for sensor in ("gyro", "accel") if sensor not in found]:
         there = ", ".join(f"{name} ({', '.join(map(str, names[:8]))})" for name, names in list(tables.items())[:SHOWN])
-        raise RecordingError(f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {CURE}")
+        cure = say_places(next(iter(tables.values()))) if len(tables) == 1 and len(missing) == 2 else ""
+        raise RecordingError(
+            f"{shown}: no samples of the {' and the '.join(missing)}; it holds {there or 'no table'}: {cure or CURE}"
+        )
 
 
 CURE = "save one table with the columns t_s, gx, gy, gz, ax, ay, az, mx, my, mz, and a line of these names"

@@ -241,11 +241,14 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     return f"{at}: say which it is, such as {line}"
 
 
-def _places(names: Sequence[str]) -> str:
-    """t_s=1,gx=2 ... for the columns of a line: six or nine are without times."""
+def say_places(names: Sequence[object]) -> str:
+    """How to name columns that are only numbered: t_s=1,gx=2 ...; six or nine are without times. Of fewer, or named ones, nothing."""
+    if len(names) < 6 or not all(str(name)[-1:].isdigit() for name in names):
+        return ""
     untimed = len(names) in (6, 9)
-    roles = CSV_COLUMNS[untimed : max(len(names), 6) + untimed]
-    return ",".join(f"{role}={place}" for place, role in enumerate(roles, 1)) + (" rate_hz=100" if untimed else "")
+    roles = CSV_COLUMNS[untimed : len(names) + untimed]
+    places = ",".join(f"{role}={place}" for place, role in enumerate(roles, 1)) + (" rate_hz=100" if untimed else "")
+    return f"say their places, such as columns {places}"
 
 
 def _holds_no_more(table: Table) -> bool:
@@ -338,9 +341,10 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
     at = at_header(shown, layout)
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
+        cure = say_places(layout_of(shown, head, {"t_s": "1"}).names)
         raise RecordingError(
-            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them; "
-            f"of a table of numbers alone say their places, such as columns {_places(layout_of(shown, head, {'t_s': '1'}).names)}"
+            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
+            + (f"; of a table of numbers alone {cure}" if cure else "")
         )
     for role, column in columns.items():
         if column.unit is None and column.place < len(layout.units):
@@ -525,14 +529,15 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     import pandas
 
     if not isinstance(frame, pandas.DataFrame):
-        raise RecordingError(f"{shown}: a {type(frame).__name__}, and no DataFrame of pandas")
+        cure = ": write pandas.DataFrame(array, columns=['t_s', 'gx', ...])"
+        raise RecordingError(f"{shown}: a {type(frame).__name__}, and no DataFrame of pandas{cure}")
     frame = _with_index(frame)
     names = ["_".join(map(str, name)).strip("_") if isinstance(name, tuple) else str(name) for name in frame.columns]
     layout = Layout(-1, names, ",", ".")
     columns = columns_of(names, wishes.columns, shown)
     if not columns:
         raise RecordingError(
-            f"{shown}: no column of a sensor among {', '.join(names[:12]) or 'none'}; say which by columns gx=NAME"
+            f"{shown}: no column of a sensor among {', '.join(names[:12]) or 'none'}; {say_places(names) or 'say which by columns gx=NAME'}"
         )
     if frame.empty:
         raise RecordingError(f"{shown}: no rows")
