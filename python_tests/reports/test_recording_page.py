@@ -194,6 +194,17 @@ def test_what_is_not_asked_for_is_not_loaded(tmp_path):
         assert set(done.stdout.split()) == expected
 
 
+@pytest.mark.parametrize("run", [
+    "hnav.Filter('ahrs').run(np.arange(9.0))", "hnav.Ins('consumer').run_recording(hnav.Recording('still', np.arange(9.0)/100, *2*[np.ones((9, 3))]))",
+])  # fmt: skip
+def test_a_page_without_plotly_says_how_to_install_it(run):
+    code = f"import sys; sys.modules['plotly'] = None; import numpy as np, hnav; {run}.report('x.html')"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert "HnavValueError" in last and "python -m pip install plotly" in last
+
+
 def test_chromium_renders_the_page_of_a_recording(page, tmp_path):
     document, console, initiators = browse(page, tmp_path)
     assert not console

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import FAINT, INK, SKY
+from hnav.reports.graphs import go, make_subplots
 from hnav.reports.panels import band, blocks, colour_of, dots, grid_of, line, panel, small, span, translucent
 from hnav.rotations import euler_rad
 from hnav.systems.results import Run

@@ -88,7 +88,7 @@ def _errors(seen: View) -> Any:
 
 def _track(seen: View) -> Any:
     """Seen from above: the first axis up where it is north, to the right where it is east."""
-    import plotly.graph_objects as go
+    from hnav.reports.graphs import go
 
     figure = go.Figure()
     north_first = np.isfinite(seen.compared[0].reference.place).any()

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.reports.colours import INK
 from hnav.reports.flights import Channel, channels, colour, is_flight
+from hnav.reports.graphs import go
 from hnav.reports.panels import band, dots, grid_of, line, panel, table
 from hnav.systems.results import Run
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings, spells
 from hnav.reports.colours import STATE_COLOURS
+from hnav.reports.graphs import go
 from hnav.reports.panels import blocks, panel
 from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates

@@ -71,7 +71,7 @@ def write_montecarlo_report(source: Path, file: Path) -> list[str]:
 
 def _distributions(seen: Runs) -> Any:
     """Share of the runs whose figure is smaller."""
-    import plotly.graph_objects as go
+    from hnav.reports.graphs import go
 
     figure = grid_of(len(seen.figures), 1)
     figure.update_xaxes(range=[0, 1])

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.earth import axes_at, position_of
 from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array, BoolArray, stretches
 from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION
+from hnav.reports.graphs import go
 from hnav.reports.panels import (
     CIRCLE_AXIS,
     Panel,

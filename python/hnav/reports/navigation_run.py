@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.io.aids import AidSamples
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, VERMILION
+from hnav.reports.graphs import go
 from hnav.reports.navigation_panels import NAVIGATION_PANELS, View
 from hnav.reports.panels import Panel, band, grid_of, line, no_lines, panel
 from hnav.systems.navigation_views import PLACE, Navigator, navigators

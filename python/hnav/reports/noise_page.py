@@ -46,8 +46,9 @@ def _panel(sensor: str) -> Panel:
 
 
 def _allan(noise: SensorNoise, sensor: str) -> Any:
-    import plotly.graph_objects as go
     from scipy.stats import chi2
+
+    from hnav.reports.graphs import go
 
     figure = grid_of(1, 1, row_px=330)
     unit, si = UNITS[sensor]

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.errors import HnavValueError
 from hnav.filters.observability import SEEN, RunObservability
 from hnav.reports.colours import AXIS_COLOURS, INK
+from hnav.reports.graphs import go
 from hnav.reports.panels import Panel, grid_of, line
 
 DASHES = ("solid", "dash", "dot")  # angles, gyro bias, accelerometer bias: three each

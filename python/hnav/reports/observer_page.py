@@ -20,7 +20,7 @@ from hnav.reports.page import document, heading_of
 from hnav.reports.panels import Panel, band, dots, grid_of, line, panel_of, table
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
+    from hnav.reports.graphs import go
 
 WINDOW = 50  # samples of a running mean, as in the findings of the observer
 MOST_MARKS = 100  # of each kind: a browser draws more too slowly

@@ -13,25 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from hnav.errors import HnavValueError
 from hnav.io.outputs import write_files
+from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
+from hnav.reports.body_panel import body_panel
+from hnav.reports.certificate_panel import certificate_panel
+from hnav.reports.flight_panels import FLIGHT_PANELS
+from hnav.reports.graphs import get_plotlyjs, go
+from hnav.reports.health_panel import health_panel
+from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
+from hnav.reports.panels import Panel, colour_of, over_time
+from hnav.reports.plain_page import text_of
 from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates, figures
-
-try:
-    import plotly.graph_objects as go
-    from plotly.offline import get_plotlyjs
-
-    from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
-    from hnav.reports.body_panel import body_panel
-    from hnav.reports.certificate_panel import certificate_panel
-    from hnav.reports.flight_panels import FLIGHT_PANELS
-    from hnav.reports.health_panel import health_panel
-    from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
-    from hnav.reports.panels import Panel, colour_of, over_time
-    from hnav.reports.plain_page import text_of
-except ImportError:
-    raise HnavValueError("option", "the report needs Plotly: python -m pip install plotly (the extra 'report')") from None
 
 # In the order of the page; computing times are last.
 PANELS: tuple[Panel, ...] = (

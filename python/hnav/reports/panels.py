@@ -12,10 +12,9 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from hnav.reports.colours import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from hnav.reports.graphs import go, make_subplots
 from hnav.systems.results import Run
 from hnav.systems.run_views import estimates
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.reports import plots
 from hnav.reports.attitude_panels import attitude_panel, bias_panel, error_panel
 from hnav.reports.flight_panels import estimates_of
 from hnav.reports.flights import channels
+from hnav.reports.graphs import go
 from hnav.reports.panels import over_time
 from hnav.systems.results import Run
 

@@ -55,7 +55,7 @@ def _write(name: str, seen: View, facts: dict[str, str], said: list[str], file: 
 
 
 def _attitudes(seen: View) -> Any:
-    import plotly.graph_objects as go
+    from hnav.reports.graphs import go
 
     figure = grid_of(1, 2, ["z up", "z down"], row_px=380)
     ring = np.linspace(0, 2 * np.pi, 73)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from hnav.reports.colours import BLUE, INK
+from hnav.reports.graphs import go
 from hnav.reports.panels import grid_of, line, panel
 from hnav.reports.recording_view import FIELD_N, SENSOR
 from hnav.systems.results import Run
