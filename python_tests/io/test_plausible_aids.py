@@ -120,13 +120,16 @@ def test_another_unit_of_the_vertical_velocity_alone_is_named(unit, factor):
     assert check_aids(with_values(with_values(noisy, "velocity", spoilt), "position", flat)) == []
 
 
-def test_places_in_radians_are_named():
+@pytest.mark.parametrize("roles", [("lat_deg", "lon_deg"), ("lat_deg",), ("lon_deg",)])
+def test_places_in_radians_are_named(roles):
     recording = driven()
-    (finding,) = check_aids(
-        with_values(recording, "position", np.radians(1.0) ** np.array([1, 1, 0]) * recording.aids["position"].values)
+    powers = np.array(["lat_deg" in roles, "lon_deg" in roles, False], int)
+    (finding,) = check_aids(with_values(recording, "position", np.radians(1.0) ** powers * recording.aids["position"].values))
+    assert (finding.code, finding.sensor) == ("unit", "position") and finding.stops
+    assert f"{' and '.join(roles)} look" in finding.message
+    assert finding.advice.startswith(
+        "say it behind the name, " + " ".join(f'columns {role}="NAME [rad]"' for role in roles) + ","
     )
-    assert (finding.code, finding.sensor) == ("unit", "position") and "latitude and longitude look like rad" in finding.message
-    assert 'columns ROLE="NAME [rad]"' in finding.advice
 
 
 @pytest.mark.parametrize("factors, said", [
@@ -136,8 +139,11 @@ def test_places_in_radians_are_named():
 ])  # fmt: skip
 def test_places_that_are_none_are_named(factors, said):
     recording = driven()
-    (finding,) = check_aids(with_values(recording, "position", recording.aids["position"].values * factors))
-    assert re.match(said, finding.message) and finding.certain
+    finding, *more = check_aids(with_values(recording, "position", recording.aids["position"].values * factors))
+    assert re.match(said, finding.message) and finding.stops
+    assert [one.message.split()[1] for one in more] == (["longitude"] if factors[1] > 1 else [])
+    if factors[1] > 1:
+        assert 'columns lat_deg="NAME [1e7deg]"' in finding.advice and 'columns lon_deg="NAME [1e7deg]"' in more[0].advice
 
 
 @pytest.mark.parametrize("given, factor", [("speed N [km/h]", 1 / 3.6), ("-speed N [kn]", -1852 / 3600), ("speed N", 1.0)])

@@ -18,7 +18,7 @@ Samples = Mapping[str, tuple[np.ndarray, np.ndarray]]
 
 
 MEANINGLESS = {
-    "unit": ("gyro", "accel", "time"), "axes": ("gyro", "accel", "mag"), "sign": ("accel",), "scale": ("gyro",), "gravity_removed": ("accel",),
+    "unit": ("gyro", "accel", "time", "position"), "axes": ("gyro", "accel", "mag"), "sign": ("accel",), "scale": ("gyro",), "gravity_removed": ("accel",),
     "all_zero": ("accel",), "no_samples": ("gyro", "accel"),
 }  # fmt: skip
 """Faults by code and sensor that leave no attitude, or one with a sigma that is far too small. On BROAD trials such

@@ -40,7 +40,9 @@ ABOVE_SEA = (
 LEAST_OF_RANGE = 1e-3  # of the largest place, which a place in the right unit exceeds
 HIGHEST_M = 1e5  # no atmosphere, and no receiver without a licence
 FASTEST_CLIMB_M, NO_CLIMB = 200.0, 0.03  # rms in 10 s, of which a height shows no more: the velocity has another unit
-DEGREES, IN_RADIANS = float(np.degrees(1)), "latitude and longitude look like rad"
+DEGREES = float(np.degrees(1))
+IN_RADIANS = {"lat_deg lon_deg": (DEGREES, DEGREES, 1.0), "lat_deg": (DEGREES, 1.0, 1.0), "lon_deg": (1.0, DEGREES, 1.0)}
+"""Columns that may hold radians, and the factors that make degrees of them."""
 NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 
@@ -61,7 +63,7 @@ def check_aids(recording: Recording) -> list[Finding]:
         found += of_track or _of_motion(recording, velocity)
         if "unit" not in {finding.code for finding in of_track}:
             found += _against_climb(position.t_s, north_east_up[:, 2:], velocity)
-    if speed is not None:
+    if speed is not None and ("unit", "position") not in {(finding.code, finding.sensor) for finding in found}:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
 
@@ -96,10 +98,10 @@ def _repeated(recording: Recording) -> Iterator[Finding]:
 def _out_of_range(position: AidSamples) -> Iterator[Finding]:
     """Places that are none."""
     degrees, height_m = np.degrees(position.values[:, :2]), position.values[:, 2:]
-    for name, values, quantity, largest in (
-        ("latitude", degrees[:, 0], "angle", 90.0),
-        ("longitude", degrees[:, 1], "angle", 360.0),
-        ("height", height_m, "length", HIGHEST_M),
+    for name, role, values, quantity, largest in (
+        ("latitude", "lat_deg", degrees[:, 0], "angle", 90.0),
+        ("longitude", "lon_deg", degrees[:, 1], "angle", 360.0),
+        ("height", "alt_m", height_m, "length", HIGHEST_M),
     ):
         size = float(np.nanmax(np.abs(values), initial=0.0))
         if size > largest:
@@ -110,13 +112,13 @@ def _out_of_range(position: AidSamples) -> Iterator[Finding]:
             ]
             looks = f"this looks like {units[0]}" if units else "latitude and longitude may be exchanged"
             shown = f"a {name} of {size:.5g} {next(iter(PER[quantity]))}, where {largest:g} is the largest: {looks}"
-            yield warning("unit", "position", shown, advice=_say_unit(units[0] if units else ""), certain=True)
-            return
+            yield warning("unit", "position", shown, advice=_say_unit(units[0] if units else "", role), certain=True)
 
 
-def _say_unit(unit: str) -> str:
-    """How a unit is given."""
-    return f'say it behind the name, columns ROLE="NAME [{unit}]", or in the header' if unit else "see the columns, and the unit"
+def _say_unit(unit: str, *roles: str) -> str:
+    """How the unit of columns is given."""
+    said = " ".join(f'columns {role}="NAME [{unit}]"' for role in roles or ("ROLE",))
+    return f"say it behind the name, {said}, or in the header" if unit else "see the columns, and the unit"
 
 
 def _metres(position: AidSamples) -> np.ndarray:
@@ -175,13 +177,13 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
     D, T = there @ [1, 1j], travelled @ [1, 1j]
     if max(_rms(D), _rms(T)) < LEAST_WAY_M or _difference(D, T) < DIFFERENT:
         return
-    exchanged, radians = (
+    exchanged, *radians = (
         _windows(position.t_s, _metres(replace(position, values=values))[:, :2], velocity, velocity.values[:, :2])[0] @ [1, 1j]
-        for values in (position.values[:, [1, 0, 2]], position.values * [DEGREES, DEGREES, 1.0])
+        for values in (position.values[:, [1, 0, 2]], *(position.values * factors for factors in IN_RADIANS.values()))
     )
     fits = {
         "latitude and longitude look exchanged": _difference(exchanged, T),
-        IN_RADIANS: _difference(radians, T),
+        **{roles: _difference(moved, T) for roles, moved in zip(IN_RADIANS, radians)},
         "north and east look exchanged": _difference(D, 1j * T.conj()),
         "east looks negated": _difference(D, T.conj()),
         "north looks negated": _difference(D, -T.conj()),
@@ -190,8 +192,9 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
     best = min(fits, key=lambda name: fits[name])
     coherence, scale = abs(np.vdot(T, D)) / max(len(D) * _rms(D) * _rms(T), 1e-9), _rms(D) / max(_rms(T), 1e-9)
     shown = f"over 10 s the positions move by {_rms(D):.3g} m, the velocities by {_rms(T):.3g} m (rms)"
-    if fits[best] < EQUAL and best == IN_RADIANS:
-        yield warning("unit", "position", f"{shown}: {best}", advice=_say_unit("rad"), certain=True)
+    if fits[best] < EQUAL and best in IN_RADIANS:
+        looks = f"{' and '.join(best.split())} look{'' if ' ' in best else 's'} like rad"
+        yield warning("unit", "position", f"{shown}: {looks}", advice=_say_unit("rad", *best.split()), certain=True)
     elif fits[best] < EQUAL:
         yield warning(
             "axes", "velocity", f"the velocities contradict the positions: {best}", advice="see the columns", certain=True
