@@ -118,8 +118,12 @@ def test_columns_without_the_one_that_belongs_to_them_are_named(tmp_path, header
     path = tmp_path / "lonely.csv"
     rows = "".join(f"{0.01 * k:.2f},0,0,0,0,{k % 3},9.8,{values}\n" for k in range(100))
     path.write_text(f"t_s,gx,gy,gz,ax,ay,az,{header}\n{rows}")
-    notes = [note for note in read(path).origin.notes if "left out" in note]
+    recording = read(path)
+    notes = [note for note in recording.origin.notes if "left out" in note]
     assert len(notes) == (note is not None) and (note is None or notes[0].startswith(note))
+    found = [finding for finding in check_aids(recording) if finding.code == "absent"]
+    assert [one.level for one in found] == (["warning"] if note and note.startswith("positions") else [])
+    assert all(note in one.message and "alt_m may be a rough constant" in one.advice for one in found)
 
 
 def test_fixes_of_a_file_of_their_own_come_in_the_order_of_arrival(tmp_path):

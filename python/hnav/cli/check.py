@@ -13,6 +13,7 @@ from hnav.cli.words import with_options
 from hnav.filters.ins_recording import with_aids
 from hnav.io.plausibility import LEVELS, NOTED
 from hnav.io.plausible_aids import check_aids
+from hnav.io.readers.aids import NO_POSITIONS
 
 IMPLAUSIBLE = 1  # exit code
 
@@ -29,7 +30,7 @@ def command(
     data = with_aids(reading.beside(gnss).read(recording), {} if gnss is None else reading.read_aids(gnss))
     say(repr(data))
     for note in data.origin.notes if data.origin else ():
-        if not note.startswith(tuple(NOTED)):  # those are among the findings
+        if not note.startswith((*NOTED, NO_POSITIONS)):  # those are among the findings
             say(with_options(note))
     findings = sorted([*reading.check(data), *check_aids(data)], key=lambda finding: LEVELS.index(finding.level))
     for line in lines_of(findings):

@@ -23,6 +23,7 @@ from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.plausible_aids import check_aids
+from hnav.io.readers.aids import NO_POSITIONS
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
@@ -110,7 +111,8 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
     else:
         data, found = read_navigation(recording, given, options, wanted)
         warnings = warnings_of(recording, found, wanted.strict, wanted.force)
-        warnings += [f"note: {recording.name}: {note}" for note in left_out(data)] + level_note(recording, data, options)
+        notes = [note for note in left_out(data) if not note.startswith(NO_POSITIONS)]
+        warnings += [f"note: {recording.name}: {note}" for note in notes] + level_note(recording, data, options)
         run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
         parts = [smoothed(data, run, outcome)] if wanted.smooth else list(runs(InMemory(data), run, outcome))
         if out is not None:

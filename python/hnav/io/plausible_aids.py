@@ -16,6 +16,7 @@ from hnav.io.accelerating import following_of
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding, warning
 from hnav.io.readers.aid_columns import PER
+from hnav.io.readers.aids import NO_POSITIONS
 from hnav.io.recordings import Recording
 from hnav.io.turning import IDENTITY, integral, integral_over
 
@@ -48,7 +49,7 @@ NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 def check_aids(recording: Recording) -> list[Finding]:
     """Implausible aiding samples, which attitude filters do not read."""
-    found = [*_repeated(recording)]
+    found = [*_left_out(recording), *_repeated(recording)]
     position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
     if position is None:
         return found + _of_motion(recording, velocity)
@@ -66,6 +67,15 @@ def check_aids(recording: Recording) -> list[Finding]:
     if speed is not None and ("unit", "position") not in {(finding.code, finding.sensor) for finding in found}:
         found += _against_speed(position.t_s, north_east_up, speed)
     return found
+
+
+def _left_out(recording: Recording) -> Iterator[Finding]:
+    """Positions of which the file has a part."""
+    for note in recording.origin.notes if recording.origin else ():
+        if note.startswith(NO_POSITIONS):
+            yield warning(
+                "absent", "position", note, advice="name it by columns ROLE=NAME, or add it; alt_m may be a rough constant"
+            )
 
 
 def _of_motion(recording: Recording, velocity: AidSamples | None) -> list[Finding]:

@@ -16,6 +16,10 @@ PLACE = ("lat_deg", "lon_deg", "alt_m")
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
 
+NO_POSITIONS = "positions were left out: "
+"""Beginning of a note that is a warning."""
+
+
 def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s: np.ndarray) -> dict[str, AidSamples]:
     """By kind, those that the table has; rows with an empty cell, or without a fix (0, 0), are no samples.
 
@@ -52,7 +56,7 @@ def lonely(roles: Collection[str]) -> Iterator[str]:
     """Notes on columns that are no samples because another one is missing. roles: of all columns of the table."""
     place, missing = ([role for role in PLACE if (role in roles) == there] for there in (True, False))
     if missing and place not in ([], ["alt_m"]):
-        yield f"positions were left out: {', '.join(place)} without {', '.join(missing)}"
+        yield f"{NO_POSITIONS}{', '.join(place)} without {', '.join(missing)}"
     if "sigma_vel" in roles and not {"vn", "ve"} <= {*roles} and not {"ground_speed", "course_deg"} <= {*roles}:
         yield "sigma_vel was left out: there are no velocities"
     if "vn" in roles and "ve" in roles:
