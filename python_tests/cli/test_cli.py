@@ -103,7 +103,10 @@ def test_a_place_and_a_date_turn_the_heading_to_true_north(flight, tmp_path):
     (["filter", "FLIGHT", "--out", "OUT", "--grade", "consumer", "--sensor", "x.json"], "--grade and --sensor: give one of them"),
     (["filter", "FLIGHT", "--out", "OUT", "--sensor", "nowhere.json"], "nowhere.json"),
     (["filter", "FLIGHT", "--out", "OUT", "--place-and-date", "48,11"], "write LAT,LON,HEIGHT,YEAR"),
-    (["filter", "FLIGHT", "--out", "OUT", "--body", "boat"], "body=boat: write ship"),
+    (["filter", "FLIGHT", "--out", "OUT", "--body", "boat"], "--body boat: write ship"),
+    (["check", "FLIGHT", "--body", "boat"], "--body boat: write ship"),
+    (["check", "FLIGHT", "--frame", "eu"], "--frame eu: choose one of ned, enu"),
+    (["check", "FLIGHT", "--set", "gyro_hodl=instant"], "did you mean gyro_hold?"),
     (["filter", "FLIGHT", "--out", "OUT", "--filter", "hrekf", "--body", "car"], "--body car: hrekf has no such option"),
     (["filter", "FLIGHT", "--out", "OUT", "--step", "-1"], "--step -1: must be above 0"),
     (["filter", "FLIGHT", "--out", "OUT", "--mag-unit", "furlong"], "--mag-unit furlong: choose one of T"),
@@ -198,3 +201,15 @@ def test_a_sensor_whose_z_points_up_is_named_unless_its_mounting_is_stated(tmp_p
     for given, named in (((), True), (("--set", "q_body_sensor=0,1,0,0"), False)):
         done = hnav("filter", up, *given, "--out", tmp_path / "out.csv", "--force")
         assert done.returncode == 0 and ("z axis of the sensor points up" in done.stdout + done.stderr) == named
+
+
+def test_a_recording_is_checked_with_the_options_of_the_filter(tmp_path):
+    """South of the magnetic equator the field points up: a place says so as the hemisphere does, and a sensor file corrects the samples."""
+    rng, path = np.random.default_rng(2), tmp_path / "south.csv"
+    rows = rng.normal([0, 0, 0, 0, 0, -9.81, 20, 0, -43], [0.01] * 3 + [0.05] * 3 + [0.3] * 3, (200, 9))
+    table = np.column_stack([0.01 * np.arange(200), rows])
+    np.savetxt(path, table, delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
+    common = ("--frame", "ned", "--body", "hand", "--grade", "consumer", "--set", "gyro_hold=instant")
+    plain, placed = (hnav("check", path, *common, *more) for more in ((), ("--place-and-date", "-33.9,18.4,50,2026.5")))
+    assert "the field points up" in plain.stdout and plain.returncode == 1
+    assert "the field points up" not in placed.stdout and placed.returncode in (0, 1) and "accel" not in placed.stderr

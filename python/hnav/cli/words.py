@@ -22,7 +22,7 @@ OPTIONS = {
     "filter": "--filter", "engine": "--engine", "preset": "--preset", "step_s": "--step", "stop_s": "--stop", "mag_unit": "--mag-unit",
     "unit": "--mag-unit", "gyro_unit": "--gyro-unit", "accel_unit": "--accel-unit", "time_unit": "--time-unit", "format": "--format",
     "columns": "--columns", "axes": "--axes", "rate_hz": "--rate", "drop_repeats": "--drop-repeats", "fixes_late_s": "--fixes-late", "hemisphere": "--hemisphere",
-    "navigation_frame": "--frame", "experiment": "--experiment", "begin_s": "--from", "align": "--align", "delta_s": "--delta", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set", "fmi_version": "--fmi", "period_s": "--period",
+    "navigation_frame": "--frame", "body": "--body", "experiment": "--experiment", "begin_s": "--from", "align": "--align", "delta_s": "--delta", "seed": "--seed", "runs": "--runs", "workers": "--workers", "settings": "--set", "fmi_version": "--fmi", "period_s": "--period",
 }  # fmt: skip
 
 
