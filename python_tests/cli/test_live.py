@@ -128,6 +128,15 @@ def test_standard_input(tmp_path, lines):
     assert whole.read_text().splitlines()[-1].split(",")[1] == json.loads(live.answers[-1], parse_float=str)["q0"]
 
 
+def test_a_stream_without_a_magnetometer_has_no_column_to_look_at(tmp_path, lines):
+    without = tmp_path / "in.csv"
+    without.write_text("\n".join(",".join(line.split(",")[:7]) for line in lines) + "\n")
+    with without.open() as stdin, session(tmp_path, "-", stdin=stdin) as live:
+        assert live.process.wait(timeout=DEADLINE_S) == 0
+    assert "rows 800" in live.said and "warning" not in live.said
+    assert json.loads(live.answers[-1])["heading_ready"] == 0
+
+
 def test_serial_port(tmp_path, lines):
     pytest.importorskip("serial", reason="pyserial is not installed")
     device, port = os.openpty()

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -200,7 +201,10 @@ class Live:
 
     def _say_findings(self, rows: Array) -> None:
         """Checks in a separate thread: a check takes longer than samples may wait."""
-        found = self._filter.findings(self._reading.check(self._filter.recording(rows)))
+        data = self._filter.recording(rows)
+        if not len(data.samples("mag")[0]):  # no column of a file stands for a magnetometer that may not be there
+            data = replace(data, field_b_tesla=None)
+        found = self._filter.findings(self._reading.check(data))
         warn(lines_of([finding for finding in found if finding.level != "note"]))
 
 
