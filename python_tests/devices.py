@@ -169,8 +169,8 @@ def rostopic(folder: Path, r: Recording) -> Path:
     return path
 
 
-def betaflight(folder: Path, r: Recording, with_head: bool = True) -> Path:
-    """Blackbox Explorer: a preamble of settings, then quoted names; deg/s and counts of 1/2048 g."""
+def betaflight(folder: Path, r: Recording, with_head: bool = True, units: dict[str, str] | None = None) -> Path:
+    """Blackbox Explorer: a preamble of settings, then quoted names; deg/s and counts of 1/2048 g, or the units that the names state."""
     head = [
         '"Product","Blackbox flight data recorder by Nicholas Sherlock"',
         *(f'"setting_{i}","{i}"' for i in range(120)),
@@ -184,7 +184,9 @@ def betaflight(folder: Path, r: Recording, with_head: bool = True) -> Path:
         *(f"gyroUnfilt[{i}]" for i in range(3)),
         *(f"accSmooth[{i}]" for i in range(3)),
     ]
-    c = columns(r, DEG, 2048 / G)
+    if units:
+        names = [f"{name} ({units[name[:3]]})" if name[:3] in units else name for name in names]
+    c = columns(r, 1.0, 1 / G) if units else columns(r, DEG, 2048 / G)
     path = write_rows(folder / "blackbox.csv", ",".join(f'"{n}"' for n in names),
                       [np.arange(len(r.t_s)), 1e6 * r.t_s, 0 * r.t_s, *c[:3], *c[:3], *c[3:6]])  # fmt: skip
     if with_head:
@@ -261,7 +263,8 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "json records": json_records, "json columns": json_columns, "json lines": json_lines, "sensor logger json": sensor_logger_json,
     "movesense": movesense, "npz": npz, "mat": mat, "packed": packed, "folder of one table": only_table, "mpu6050": adafruit_mpu6050,
     "bno055": bno055, "icm20948": icm20948, "vectors of a sketch": vectors_of_a_sketch, "plotter": plotter, "rostopic": rostopic, "betaflight": betaflight,
-    "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
+    "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False),
+    "betaflight, units": lambda folder, r: betaflight(folder, r, units={"tim": "us", "gyr": "rad/s", "acc": "g"}), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
     "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
 }  # fmt: skip
 """The writer of a file of each shape."""

@@ -132,8 +132,8 @@ def _without_accents(text: str) -> str:
 
 def _split(text: str) -> tuple[str, str, str | None]:
     """Name, unit in brackets, and the axis for which an index in brackets stands."""
-    if match := re.fullmatch(r"(.*?)\[([012])\]", text):
-        return match.group(1), "", "xyz"[int(match.group(2))]
+    if match := re.fullmatch(r"(.*?)\[([012])\]\s*(?:[\(\[](.*)[\)\]])?\s*", text):
+        return match.group(1), match.group(3) or "", "xyz"[int(match.group(2))]
     if match := re.fullmatch(r"([^(\[]*?)\s*[\(\[](.*)[\)\]]\s*", text):
         return match.group(1), match.group(2), None
     if match := re.fullmatch(r"(.*\S)\s+in\s+(\S.*)", text):

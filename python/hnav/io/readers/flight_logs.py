@@ -138,4 +138,5 @@ def read_betaflight(path: Path, wishes: Wishes) -> Raw:
     units = {"gyro": "deg/s", "accel": f"1/{count} g", "time": "us"}
     raw = raw_of(str(path), table, wishes, units, "betaflight")
     note = f"accel: {count} counts are 1 g, as {'the log says' if header_1g else 'is usual'}; accel_unit='1/512 g' for another"
-    return replace(raw, notes=(*raw.notes, note))
+    counted = any(stream.sensor == "accel" and stream.unit.source == "by format" for stream in raw.streams)
+    return replace(raw, notes=(*raw.notes, note) if counted else raw.notes)
