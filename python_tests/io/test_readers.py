@@ -328,3 +328,16 @@ def test_times_are_spans_with_their_unit(tmp_path, motion, spelled, per_s):
     frame.loc[50, "Time"] = "0.5 parsec"
     with pytest.raises(RecordingError, match="column Time: the times are neither numbers nor like .* 1.5 sec"):
         Recording.from_dataframe(frame)
+
+
+@pytest.mark.parametrize("names", [("header.stamp.secs", "header.stamp.nsecs"), ("sec", "nanosec"), ("stamp_s", "stamp_ns")])
+def test_nanoseconds_beside_whole_seconds_are_their_fraction(tmp_path, motion, names):
+    """As sensor_msgs/Imu is exported from bags: the whole seconds alone do not increase."""
+    frame = motion.to_dataframe().reset_index(names="Time")
+    ns = np.round(1e9 * motion.t_s).astype(int) + 1_700_000_000_990_000_000
+    frame = frame.assign(**{names[0]: ns // 10**9, names[1]: ns % 10**9})
+    frame.to_csv(tmp_path / "imu.csv", index=False)
+    for table in (read(tmp_path / "imu.csv"), Recording.from_dataframe(frame)):
+        np.testing.assert_allclose(table.t_s - 1.7e9 - 0.99, motion.t_s, atol=1e-6)
+    whole = frame.assign(**{names[0]: 1e-9 * ns, names[1]: ns})  # each is the whole time
+    np.testing.assert_allclose(Recording.from_dataframe(whole).t_s - 1.7e9 - 0.99, motion.t_s, atol=1e-6)

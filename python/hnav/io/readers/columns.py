@@ -65,6 +65,8 @@ CLOCKS = _words("rtc unix tow elapsed utc startup boot reboot")
 
 OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
+FRACTION = "t_ns"
+"""Role of the nanoseconds of times whose whole seconds have a column of their own."""
 OF_A_SENSOR = 3
 """The rank of times named after a sensor."""
 
@@ -263,7 +265,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
                 "columns",
             )
         chosen[role] = twins[0]
-    chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", []))
+    chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", [])) | _fraction(chosen, found.get("t_s", []))
     for role, name in given.items():
         if role in CSV_COLUMNS or role in ROLES:
             chosen[role] = _named(names, role, name, shown)
@@ -281,6 +283,21 @@ def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[st
             before = [column for column in alike if column.place < samples.place]
             found[role] = replace((before or alike)[-1 if before else 0], role=role)
     return found
+
+
+def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
+    """The nanoseconds beside whole seconds: header.stamp.secs and header.stamp.nsecs, sec and nanosec of ROS."""
+    whole = chosen.get("t_s")
+    if whole is None or whole.unit != "s":
+        return {}
+    found = [column for column in times if column.unit == "ns" and _named_alike(column.name, whole.name)]
+    return {FRACTION: replace(found[0], role=FRACTION)} if found else {}
+
+
+def _named_alike(one: str, other: str) -> bool:
+    """Whether names of times differ in their unit alone."""
+    words, others = (_without_unit(re.findall("[a-z]+", name.lower()))[0] for name in (one, other))
+    return words == others
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:

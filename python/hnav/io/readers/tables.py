@@ -19,7 +19,7 @@ import numpy as np
 from hnav.io.readers.aids import aids_in, lonely
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
+from hnav.io.readers.columns import FRACTION, OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
@@ -362,7 +362,7 @@ def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
     values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
     for column in plan.times if plan.instants else ():
         values[column.role] = seconds_of(at_header(shown, plan.layout), column.name, values[column.role])
-    return Table(plan.columns, values, plan.layout, plan.instants)
+    return Table(plan.columns, _with_fraction(values), plan.layout, plan.instants)
 
 
 def encoding_of(shown: str, data: bytes) -> str:
@@ -552,7 +552,15 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
             values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
         elif wishes.only_aids or not column.aids:
             raise RecordingError(f"{shown}: the column {column.name} holds no numbers")
-    return Table({role: columns[role] for role in values}, values, layout, instants)
+    return Table({role: columns[role] for role in values}, _with_fraction(values), layout, instants)
+
+
+def _with_fraction(values: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
+    """Times with the nanoseconds beside their whole seconds; columns that each have the whole time remain as they are."""
+    others = {role: column for role, column in values.items() if role != FRACTION}
+    if FRACTION not in values or (values["t_s"] % 1).any() or not ((values[FRACTION] >= 0) & (values[FRACTION] < 1e9)).all():
+        return others
+    return {**others, "t_s": values["t_s"] + 1e-9 * values[FRACTION]}
 
 
 def _with_index(frame: pd.DataFrame) -> pd.DataFrame:
