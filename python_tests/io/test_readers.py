@@ -341,3 +341,10 @@ def test_nanoseconds_beside_whole_seconds_are_their_fraction(tmp_path, motion, n
         np.testing.assert_allclose(table.t_s - 1.7e9 - 0.99, motion.t_s, atol=1e-6)
     whole = frame.assign(**{names[0]: 1e-9 * ns, names[1]: ns})  # each is the whole time
     np.testing.assert_allclose(Recording.from_dataframe(whole).t_s - 1.7e9 - 0.99, motion.t_s, atol=1e-6)
+
+
+def test_axes_are_proposed_for_the_axes_that_their_names_say(tmp_path):
+    path = tmp_path / "Gyroscope.csv"
+    path.write_text("time,seconds_elapsed,z,y,x\n" + "".join(f"{k},{k},0,0,0\n" for k in range(20)))
+    with pytest.raises(RecordingError, match="such as columns gx=x columns gy=y columns gz=z$"):
+        read(path)

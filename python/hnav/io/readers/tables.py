@@ -235,6 +235,8 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}"
     if len(roles) == len("xyz") and _holds_no_more(table):
         return f"{at}, and nothing of the {QUANTITY_OF[roles[0][0]]}: record gyroscope and accelerometer together"
+    by_axis = [name for role in roles for name in free if re.search(rf"(?<![a-z]){role[1]}(?![a-z])", name.lower())]
+    free = by_axis if len(by_axis) == len(roles) else free
     line = " ".join(
         f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, free or ["NAME"])
     )
