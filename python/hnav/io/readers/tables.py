@@ -226,21 +226,26 @@ def _fault_of_times(shown: str, table: Table, t_s: np.ndarray) -> str:
 
 def missing_column(shown: str, table: Table, *roles: str) -> str:
     """What to say of columns that were not found: those that the file has, and a line to copy that names them in order."""
-    taken = {column.place for column in table.columns.values()}
     names = [name.strip() for name in table.layout.names]
-    free = [name for place, name in enumerate(names) if place not in taken and name]
-    of_time = roles == ("t_s",)
-    free = [name for name in free if bool(OF_TIME.search(name)) == of_time and (of_time or not OF_ROWS.fullmatch(name))]
     said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
     at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}"
-    if len(roles) == len("xyz") and _holds_no_more(table):
+    free = [name for _, name in _without_role(names, table.columns)]
+    if len(roles) == len("xyz") and table.columns and not free:
         return f"{at}, and nothing of the {QUANTITY_OF[roles[0][0]]}: record gyroscope and accelerometer together"
-    by_axis = [name for role in roles for name in free if re.search(rf"(?<![a-z]){role[1]}(?![a-z])", name.lower())]
-    free = by_axis if len(by_axis) == len(roles) else free
+    proposed = _proposed(free, roles) or ["NAME"]
     line = " ".join(
-        f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, free or ["NAME"])
+        f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, proposed)
     )
     return f"{at}: say which it is, such as {line}"
+
+
+def _proposed(free: Sequence[str], roles: Sequence[str]) -> Sequence[str]:
+    """Which of the columns without a role may have these, in their order."""
+    if roles == ("t_s",):
+        return [name for name in free if OF_TIME.search(name)]
+    free = [name for name in free if not OF_TIME.search(name) and not OF_ROWS.fullmatch(name)]
+    by_axis = [name for role in roles for name in free if re.search(rf"(?<![a-z]){role[1]}(?![a-z])", name.lower())]
+    return by_axis if len(by_axis) == len(roles) else free
 
 
 def say_places(names: Sequence[object]) -> str:
@@ -251,12 +256,6 @@ def say_places(names: Sequence[object]) -> str:
     roles = CSV_COLUMNS[untimed : len(names) + untimed]
     places = ",".join(f"{role}={place}" for place, role in enumerate(roles, 1)) + (" rate_hz=100" if untimed else "")
     return f"say their places, such as columns {places}"
-
-
-def _holds_no_more(table: Table) -> bool:
-    """Whether every column with a name is taken."""
-    taken = {column.place for column in table.columns.values()}
-    return bool(taken) and all(place in taken or not name.strip() for place, name in enumerate(table.layout.names))
 
 
 def _stands_twice(table: Table, rows: np.ndarray) -> bool:
