@@ -277,13 +277,15 @@ def test_rows_of_several_devices_are_not_read_as_one(tmp_path, names, in_blocks)
     with pytest.raises(RecordingError, match=said):
         read(path)
     frame = pd.read_csv(path)
-    with pytest.raises(RecordingError, match=said):
-        Recording.from_dataframe(frame)
+    for table in (frame, frame.set_index(["device", "time"])):
+        with pytest.raises(RecordingError, match=said):
+            Recording.from_dataframe(table)
     path.with_suffix(".json").write_text(frame.to_json(orient="records"))
     with pytest.raises(RecordingError, match=said):
         read(path.with_suffix(".json"))
     path.write_text("\n".join(["time,device,gx,gy,gz,ax,ay,az", *[row for row in rows if names[0] in row]]) + "\n")
     assert len(read(path).t_s) == 100
+    assert len(Recording.from_dataframe(pd.read_csv(path).set_index(["device", "time"])).t_s) == 100
 
 
 @pytest.mark.parametrize("name, is_time", [

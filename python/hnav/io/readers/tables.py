@@ -565,13 +565,13 @@ def _with_fraction(values: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]
 
 
 def _with_index(frame: pd.DataFrame) -> pd.DataFrame:
-    """Its index is a column, where it has a name, or holds instants or numbers with decimals."""
+    """Its index is a column, or several, where it has a name, or holds instants or numbers with decimals."""
     import pandas
 
     timed = isinstance(frame.index, (pandas.DatetimeIndex, pandas.TimedeltaIndex)) or frame.index.dtype.kind == "f"
-    if "t_s" in frame.columns or not (frame.index.name or timed):
+    if "t_s" in frame.columns or not (any(frame.index.names) or timed):
         return frame
-    return frame.reset_index(names=str(frame.index.name or "time"))
+    return frame.reset_index(names=None if frame.index.nlevels > 1 else str(frame.index.name or "time"))
 
 
 def _numbers(series: pd.Series[Any]) -> np.ndarray | None:
