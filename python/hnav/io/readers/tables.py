@@ -38,7 +38,10 @@ SHUFFLED = 0.25  # share of time stamps that run back, of which half do in rows 
 MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 """Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
 MARKS = "; where decimals have commas too, part the cells by semicolons"
-DEVICE = re.compile(r"(device|sensor|imu|node|tag|serial|mac|module)[ _-]?(name|id|no|nr|number|address)?", re.IGNORECASE)
+DEVICE = re.compile(
+    r"(device|sensor|imu|node|serial|mac|module)[ _-]?(name|id|no|nr|number|address)?|tag[ _-]?(id|no|nr|number|address)",
+    re.IGNORECASE,
+)
 """Names of columns that distinguish rows of several devices."""
 OF_TIME = re.compile(r"time|stamp|clock|date|sec|(?<![a-z])[mun]s(?![a-z])", re.IGNORECASE)
 OF_ROWS = re.compile(rf".*(count|packet|index|seq|number).*|(.*[^a-z])?(id|no|nr|row)|{DEVICE.pattern}", re.IGNORECASE)
