@@ -377,17 +377,18 @@ class AhrsReference:
         self.P, self.corrected_s = self.E, t_s
         self.clear_window()
 
-    def learn(self, H: Array, innovation: Array, noise: Array, considered: int = 0, is_evidence: bool = True) -> None:
+    def learn(
+        self, H: Array, innovation: Array, noise: Array, considered: int = 0, is_evidence: bool = True, hidden: bool = False
+    ) -> None:
         """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used.
 
-        is_evidence: for or against a step of the gyro bias."""
+        is_evidence: for or against a step of the gyro bias; hidden: which may be something else."""
         PHt, stepped = self.E @ H.T, H @ self.steps.response
         solved = np.linalg.solve(H @ PHt + noise, np.column_stack([innovation, stepped, PHt.T]))
         by_innovation, by_step = solved[:, 0], solved[:, 1:4]
         self.error[considered:] += PHt[considered:] @ by_innovation
         if is_evidence:
-            self.steps.information += stepped.T @ by_step
-            self.steps.sum += stepped.T @ by_innovation
+            self.steps.add(stepped.T @ by_step, stepped.T @ by_innovation, hidden)
         self.steps.response[considered:] -= PHt[considered:] @ by_step
         self.steps.response[V.stop : PHI.start] = 0  # errors of sensors do not respond within a window
         change = PHt @ solved[:, 4:]
@@ -397,16 +398,16 @@ class AhrsReference:
     def new_steps(self) -> BiasSteps:
         return BiasSteps(ERRORS, BIAS, self.R_bn)
 
-    def shows_steps(self) -> bool:
-        """Whether an accepted field is evidence for or against a step of the gyro bias."""
+    def shows_drift(self) -> bool:
+        """Whether an accepted field shows a drift of the heading: a step of the gyro bias, or iron around a body that has turned."""
         is_level = max(tilt_of(self.P)) < 0.045**2
-        return bool(self.confirmed and is_level and self.o.body != "ship" and not self.steps.has_turned)
+        return bool(self.confirmed and is_level and self.o.body != "ship")
 
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
         steps = self.steps
         steps.note_attitude(self.R_bn)
-        if steps.look(self.window_s, self.rate_power, slice(PHI.start, PHI.start + 2)):
+        if steps.look(self.window_s, self.rate_power, PHI):
             mean, covariance = steps.found(steps.information, steps.sum)
             self.error += steps.response @ mean
             self.E = self.E + steps.response @ covariance @ steps.response.T
@@ -490,8 +491,7 @@ class AhrsReference:
         """Evidence of a step of the gyro bias that the noise of lasting velocities hides; hiding2: its variance in S."""
         stepped = self.steps.response[V]
         more = np.linalg.solve(S - hiding2 * EYE2, stepped) - np.linalg.solve(S, stepped)
-        self.steps.hidden += stepped.T @ more
-        self.steps.hidden_sum -= more.T @ self.velocity
+        self.steps.add(stepped.T @ more, -more.T @ self.velocity, hidden=True)
 
     def judge_hold(self) -> None:
         """A rate that acts one interval off looks like a latency of the force: the likelihood of the estimated latency."""
@@ -658,8 +658,8 @@ class AhrsReference:
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
         if self.verdict != "reject":
             inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
-            is_evidence = bool(self.verdict == "accept" and not foreign and self.shows_steps())
-            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, is_evidence)
+            drifts = bool(self.verdict == "accept" and not foreign and self.shows_drift())
+            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, drifts, self.steps.has_turned)
             self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
         still = self.rest.at_rest()
         if not foreign:
@@ -849,7 +849,7 @@ class AhrsReference:
         even = 0.5  # probability that an unknown body is a vehicle, and that a suspected step of the gyro bias has happened
         tilt = self.tilt_excess.variance + even * self.steps.suspected_tilt2
         tilt += even * max(0.0, self.vehicle_tilt.square() - max(tilt_of(self.P)))
-        heading = self.all_reference_variance() + even * self.tilted_field_variance()
+        heading = self.all_reference_variance() + even * (self.steps.suspected_heading2 + self.tilted_field_variance())
         covariance += np.diag([tilt, tilt, heading])
         by_hold = self.hold_error()
         return covariance + np.outer(by_hold, by_hold)
@@ -892,4 +892,4 @@ class AhrsReference:
         variance += self.tilted_field_variance() + self.hold_error()[2] ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
         known = self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and not self.lasting.lacks_gravity()
-        return bool(known and earned)
+        return bool(known and earned and self.steps.suspected_heading2 < limit2)

@@ -331,7 +331,7 @@ class BiasSteps:
     """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
 
     STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
-    POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD = 24.0, 100.0, 0.0175
+    POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD, LEAST_HEADING_RAD = 24.0, 100.0, 0.0175, 0.04
 
     def __init__(self, errors: int, bias: slice, R_bn: Array):
         self.R_bn = R_bn  # at the begin of the window
@@ -341,12 +341,20 @@ class BiasSteps:
         self.response[bias] = np.eye(3)
         self.information, self.sum = np.zeros((3, 3)), np.zeros(3)
         self.hidden, self.hidden_sum = np.zeros((3, 3)), np.zeros(3)
-        """What velocities would add if none lasted."""
-        self.since_s = self.rate_power = self.unseen_s = self.likely_s = self.suspected_tilt2 = 0.0
+        """What may also come from lasting velocities, or from iron around a body that has turned."""
+        self.since_s = self.rate_power = self.unseen_s = self.likely_s = 0.0
+        self.suspected_tilt2 = self.suspected_heading2 = 0.0
 
     def note_attitude(self, R_bn: Array) -> None:
         """Of now."""
         self.has_turned = self.has_turned or float(1 + np.trace(self.R_bn.T @ R_bn)) / 4 < 0.94**2
+
+    def add(self, information: Array, total: Array, hidden: bool) -> None:
+        """3 x 3 and 3, of innovations."""
+        if hidden:
+            self.hidden, self.hidden_sum = self.hidden + information, self.hidden_sum + total
+        else:
+            self.information, self.sum = self.information + information, self.sum + total
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
@@ -362,23 +370,29 @@ class BiasSteps:
         none2 = self.unmodelled2()
         return of_prior(self.STEP_RAD_S**2 + none2) - of_prior(none2)
 
-    def look(self, T: float, power: float, tilt: slice) -> bool:
-        """T seconds later. tilt: rows of the response. True: a step has been likely for long enough."""
+    def look(self, T: float, power: float, rotation: slice) -> bool:
+        """T seconds later. rotation: rows of the response. True: a step has been likely for long enough."""
         self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
         if is_within(self.unseen_s, self.LOOK_S):
             return False
         ratio = self.twice_log_ratio(self.information, self.sum)
         self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
-        self.unseen_s = self.suspected_tilt2 = 0.0
+        self.unseen_s = self.suspected_tilt2 = self.suspected_heading2 = 0.0
         both = self.information + self.hidden, self.sum + self.hidden_sum
         hides = self.hidden[0, 0] > 0 and self.twice_log_ratio(*both) > self.SUSPECTED_LIMIT
         if hides or ratio > self.POSSIBLE:
-            tilt2 = float(np.sum((self.response[tilt] @ self.found(*both)[0]) ** 2))
+            turn2 = (self.response[rotation] @ self.found(*both)[0]) ** 2
+            tilt2, heading2 = float(turn2[0] + turn2[1]), float(turn2[2])
             self.suspected_tilt2 = tilt2 if tilt2 > self.LEAST_TILT_RAD**2 else 0.0
+            self.suspected_heading2 = heading2 if heading2 > self.LEAST_HEADING_RAD**2 else 0.0
         return has_lasted(self.likely_s, self.LASTS_S)
 
     def is_over(self) -> bool:
-        return has_lasted(self.since_s, self.WINDOW_S) and not self.likely_s > 0 and not self.suspected_tilt2 > 0
+        return (
+            has_lasted(self.since_s, self.WINDOW_S)
+            and not self.likely_s > 0
+            and not self.suspected_tilt2 + self.suspected_heading2 > 0
+        )
 
     def found(self, information: Array, total: Array) -> tuple[Array, Array]:
         """The step, 3, and its covariance, 3 x 3."""

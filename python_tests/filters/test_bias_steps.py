@@ -11,6 +11,7 @@ from hnav import Filter
 from hnav.io.recordings import Recording
 from hnav.reports.scores import errors_rad
 from studies.bench.motions import body_of, motion
+from studies.faults.experiment import recoveries
 
 AT_S, STEP_RAD_S = 40.0, np.radians(0.7)
 SEEDS = range(4)
@@ -101,3 +102,9 @@ def test_iron_on_a_turntable_is_no_step():
         second, settled = 100, 1000
         moved = np.linalg.norm(bias[settled + second :] - bias[settled:-second], axis=1)
         assert np.max(moved) < np.radians(0.3)
+
+
+def test_a_step_in_a_hand_that_turns_is_suspected():
+    """Iron on a body that turns looks like it, so the field decides nothing; the heading is not ready meanwhile: 6.4 % wrong before."""
+    found = recoveries(range(24), "gyro bias steps by 1 deg/s", "ahrs", {})
+    assert found.false_share.mean() < 0.02

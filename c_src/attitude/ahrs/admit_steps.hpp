@@ -17,13 +17,14 @@ void AhrsModelOf<R>::carry_response(State& s) const {
     rows<3>(response, rotation) = after;
 }
 
-// Whether an accepted field is evidence for or against a step of the gyro bias. Its azimuth also drifts while a disturbance passes, while a
-// tilt is being found, with the waves that tilt a ship, and with iron on a body that turns.
+// Whether an accepted field shows a drift of the heading. Its azimuth also drifts while a disturbance passes, while a tilt is being found, and
+// with the waves that tilt a ship. With iron on a body that has turned it does too: then the field is evidence that a step may be hidden, as
+// with lasting velocities. Chosen: without the latter a hand's heading is ready and wrong for 5.3 % of the minute after a step of 1 deg/s, with it
+// for 0.5 %; a quadrotor without a fault is ready for 79 % of the time instead of 85.
 template <class R>
-bool AhrsModelOf<R>::shows_steps(const State& s) const {
+bool AhrsModelOf<R>::shows_drift(const State& s) const {
     constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg
-    return s.heading_confirmed != 0 && larger_tilt_variance(s) < level_rad * level_rad && options_.body != HNAV_BODY_SHIP &&
-           !s.steps.has_turned();
+    return s.heading_confirmed != 0 && larger_tilt_variance(s) < level_rad * level_rad && options_.body != HNAV_BODY_SHIP;
 }
 
 // A likely step is added to the estimate, and its covariance to P.

@@ -79,8 +79,9 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         const R before = c.heading_variance();
         Response<3> stepped;
         for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
-        const bool is_evidence = verdict == FieldVerdict::accept && !foreign && shows_steps(s);
-        condition<3, considered>(c, PHt, S, innovation, stepped, is_evidence);
+        const bool drifts = verdict == FieldVerdict::accept && !foreign && shows_drift(s), turned = s.steps.has_turned();
+        if (drifts && turned) note_steps<3>(s.steps.hidden, Cholesky<3, R>(S), stepped, innovation);
+        condition<3, considered>(c, PHt, S, innovation, stepped, drifts && !turned);
         if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);

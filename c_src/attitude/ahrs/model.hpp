@@ -183,8 +183,10 @@ private:
     bool heading_ready(const State& s) const {
         if (s.heading_confirmed == 0 || has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s)) return false;
         if (s.lasting.lacks_gravity(R(gravity_m_s2))) return false;
+        const R limit_rad = R(options_.ready_heading_rad);
+        if (!(s.steps.suspected_heading2 < limit_rad * limit_rad)) return false;
         const R added = reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
-        return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, R(options_.ready_heading_rad));
+        return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, limit_rad);
     }
     // Variance of a heading from a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
     static R tilted_field_variance(const State& s) {
@@ -268,11 +270,14 @@ private:
     static void begin_steps(State& s) { s.steps.begin(bias, s.x); }
     void carry_response(State& s) const;
     void admit_steps(State& s, Correction& c) const;
-    bool shows_steps(const State& s) const;
+    bool shows_drift(const State& s) const;
 
     // condition.hpp
     template <int m>
     using Response = Eigen::Matrix<R, m, 3>; // of the rows of a sensor to steps: H times the response of the error
+    template <int m>
+    static void note_steps(StepEvidence<3, R>& evidence, const Cholesky<m, R>& factor, const Response<m>& stepped,
+                           const Eigen::Matrix<R, m, 1>& innovation);
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                           const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, bool is_evidence = true);
