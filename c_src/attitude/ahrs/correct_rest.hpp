@@ -65,17 +65,6 @@ void AhrsModelOf<R>::note_vehicle(State& s, const Correction& c, bool rests) con
     s.vehicle_tilt.note(gathered, c.error.data() + rotation, s.rate_power, turn2, rest_density2, R(gravity_m_s2), s.x[13]);
 }
 
-// The velocity state is relative to the present velocity, with this covariance.
-template <class R>
-void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& covariance) {
-    s.velocity[0] = s.velocity[1] = 0;
-    rows<2>(c.P, velocity).setZero();
-    columns<2>(c.P, velocity).setZero();
-    block<2, 2>(c.P, velocity, velocity) = covariance;
-    segment<2>(c.error, velocity).setZero();
-    rows<2>(c.response, velocity).setZero();
-}
-
 template <class R>
 void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
     Eigen::Matrix<R, errors, 3> PHt;

@@ -76,4 +76,15 @@ void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
     s.wrong_hold = 1 / (1 + (1 - suspected_hold) / (suspected_hold * either));
 }
 
+// The velocity state is relative to the present velocity, with this covariance.
+template <class R>
+void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& covariance) {
+    s.velocity[0] = s.velocity[1] = 0;
+    rows<2>(c.P, velocity).setZero();
+    columns<2>(c.P, velocity).setZero();
+    block<2, 2>(c.P, velocity, velocity) = covariance;
+    segment<2>(c.error, velocity).setZero();
+    rows<2>(c.response, velocity).setZero();
+}
+
 } // namespace hnav

@@ -296,6 +296,7 @@ private:
                                       const Vector2R& innovation, R T, bool is_evidence);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     static void note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation);
+    static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool may_accelerate_long(const State& s) const { return s.vehicle_tilt.is_possible() || accelerates_long(options_.body); }
@@ -304,7 +305,6 @@ private:
     bool is_field_still(State& s) const;
     bool is_vehicle_at_rest(const State& s, bool rests) const;
     void note_vehicle(State& s, const Correction& c, bool rests) const;
-    static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
     Matrix2R start_velocity_covariance() const { return sigma_.velocity * sigma_.velocity * Matrix2R::Identity(); }
     void travel(State& s, Correction& c) const;
     static void turn_velocity(State& s, const Vector3R& rotation_n);
