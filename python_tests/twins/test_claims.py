@@ -110,7 +110,7 @@ def test_the_accelerometer_at_rest_sees_minus_the_third_row(q):
 
 
 def test_the_field_is_of_the_first_and_the_third_row(q):
-    said("errata", "the field is cos dip times the first row plus sin dip times the third")
+    said("errata", "The field is cos dip times the first row plus sin dip times the third")
     seen = measurement(q, np.array([np.cos(DIP), 0, np.sin(DIP)]))[0]
     np.testing.assert_allclose(seen, np.cos(DIP) * rotation(q)[0] + np.sin(DIP) * rotation(q)[2], atol=1e-14)
 
