@@ -19,8 +19,8 @@ void AhrsModelOf<R>::carry_response(State& s) const {
 
 // Whether an accepted field shows a drift of the heading. Its azimuth also drifts while a disturbance passes, while a tilt is being found, and
 // with the waves that tilt a ship. With iron on a body that has turned it does too: then the field is evidence that a step may be hidden, as
-// with lasting velocities. Chosen: without the latter a hand's heading is ready and wrong for 5.3 % of the minute after a step of 1 deg/s, with it
-// for 0.5 %; a quadrotor without a fault is ready for 79 % of the time instead of 85.
+// with lasting velocities. Chosen: without the latter a hand's heading is ready and wrong for 6.4 % of the minute after a step of 1 deg/s, with it
+// for 1.0 %; a quadrotor without a fault is ready for 79 % of the time instead of 85.
 template <class R>
 bool AhrsModelOf<R>::shows_drift(const State& s) const {
     constexpr R level_rad = R(0.045); // chosen: with 0.06 a belt (MOTION waist, with its body) has 1.40 instead of 0.90 deg

@@ -16,7 +16,7 @@ struct BiasSteps {
     StepEvidence<3, R> evidence;
     StepEvidence<3, R> hidden; // what may also come from lasting velocities, or from iron around a body that has turned
     R suspected_tilt2,
-        suspected_heading2; // squares of the angles by a step that is possible, or likely with both, rad^2; 0: none is
+        suspected_heading2; // rad^2, squares of the angles by a step that is possible, or likely with both; 0: none is
     R since_s, rate_power; // length of the window, s, and the integral of the squared rate over it, rad^2/s
     R attitude[4]; // at the begin of the window
     R turned; // 1: the body has been turned by more than 0.7 rad since

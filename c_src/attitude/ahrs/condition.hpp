@@ -20,25 +20,15 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
     return factor.positive() ? factor.quadratic_form(innovation) : 0;
 }
 
-// Adds an innovation to the evidence of steps; nothing where its variance, factorised, has lost its sign. stepped: H B.
-template <class R>
-template <int m>
-void AhrsModelOf<R>::note_steps(StepEvidence<3, R>& evidence, const Cholesky<m, R>& factor, const Response<m>& stepped,
-                                const Eigen::Matrix<R, m, 1>& innovation) {
-    if (!factor.positive()) return;
-    Response<m> weighted;
-    for (int j = 0; j < 3; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
-    evidence.template add<m>(stepped, weighted, innovation);
-}
-
 // Corrects the errors from row `first` on by m rows H, with PHt = P H' and S = H P H' + noise. Rows before `first` are consider states
 // (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
-// rounding has made S indefinite, as by values of very different magnitudes. is_evidence: for or against a step of the gyro bias, to which
-// the errors between velocity and rotation, of sensors, do not respond within a window.
+// rounding has made S indefinite, as by values of very different magnitudes. evidence: of a step of the gyro bias, to which the innovation
+// is added; null: none. To such a step the errors between velocity and rotation, of sensors, do not respond within a window.
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, bool is_evidence) {
+                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped,
+                               StepEvidence<3, R>* evidence) {
     static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
@@ -48,7 +38,11 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
-    if (is_evidence) note_steps<m>(c.steps, factor, stepped, innovation);
+    if (evidence) {
+        Response<m> weighted;
+        for (int j = 0; j < 3; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
+        evidence->template add<m>(stepped, weighted, innovation);
+    }
     constexpr int last = std::min(rest, errors - rotation);
     for (int j = 0; j < 3; ++j)
         for (int k = 0; k < m; ++k) {

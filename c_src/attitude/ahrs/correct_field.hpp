@@ -79,9 +79,9 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
         const R before = c.heading_variance();
         Response<3> stepped;
         for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
-        const bool drifts = verdict == FieldVerdict::accept && !foreign && shows_drift(s), turned = s.steps.has_turned();
-        if (drifts && turned) note_steps<3>(s.steps.hidden, Cholesky<3, R>(S), stepped, innovation);
-        condition<3, considered>(c, PHt, S, innovation, stepped, drifts && !turned);
+        const bool drifts = verdict == FieldVerdict::accept && !foreign && shows_drift(s);
+        StepEvidence<3, R>& evidence = s.steps.has_turned() ? s.steps.hidden : s.steps.evidence;
+        condition<3, considered>(c, PHt, S, innovation, stepped, drifts ? &evidence : nullptr);
         if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
@@ -140,7 +140,7 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     const Vector PHt = c.column(declination);
     const R noise = sigma * sigma * now * before / (before - now);
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]),
-                             c.response.row(declination), false);
+                             c.response.row(declination));
 }
 
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.

@@ -56,7 +56,7 @@ struct Model::Aid<speed> {
             S *= over;
             ++s.gated[speed];
         }
-        condition_on_velocity(s, c, PHt, S, innovation, since_s, true);
+        condition_on_velocity(s, c, PHt, S, innovation, since_s, &s.steps.evidence);
     }
 };
 

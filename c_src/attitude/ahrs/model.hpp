@@ -126,9 +126,8 @@ private:
         Vector error = Vector::Zero(); // estimated error, applied to the state after all corrections
         bool sound = true; // no correction has found an indefinite covariance
         Eigen::Map<Eigen::Matrix<R, errors, 3>> response; // to steps of the gyro bias
-        StepEvidence<3, R>& steps;
 
-        explicit Correction(State& s) : P(unpack_columns<errors>(s.P)), response(s.steps.response), steps(s.steps.evidence) {}
+        explicit Correction(State& s) : P(unpack_columns<errors>(s.P)), response(s.steps.response) {}
 
         Vector column(int j) const {
             Vector c = P.col(j);
@@ -275,12 +274,10 @@ private:
     // condition.hpp
     template <int m>
     using Response = Eigen::Matrix<R, m, 3>; // of the rows of a sensor to steps: H times the response of the error
-    template <int m>
-    static void note_steps(StepEvidence<3, R>& evidence, const Cholesky<m, R>& factor, const Response<m>& stepped,
-                           const Eigen::Matrix<R, m, 1>& innovation);
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, bool is_evidence = true);
+                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped,
+                          StepEvidence<3, R>* evidence = nullptr);
     template <int m, int first, int... after_first>
     static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
                          std::integer_sequence<int, after_first...>);
@@ -293,7 +290,7 @@ private:
     // correct_velocity.hpp
     static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                      const Vector2R& innovation, R T, bool is_evidence);
+                                      const Vector2R& innovation, R T, StepEvidence<3, R>* evidence);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     static void note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation);
     static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
