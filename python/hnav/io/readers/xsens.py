@@ -54,14 +54,12 @@ def read_xsens_text(path: Path, wishes: Wishes) -> Raw:
     fine = _counted(path, data, text, "SampleTimeFine", wishes)
     dot = fine is not None and float(np.median(np.diff(fine.values["t_s"]))) > LEAST_TICKS_OF_DOT
     units = UNITS_OF_DOT if dot else UNITS
-    packet_s = _packet_s(text) if wishes.rate_hz is None else 1 / wishes.rate_hz
-    by_fine = fine if wishes.rate_hz is None else None
-    packets = None if by_fine else _counted(path, data, text, "PacketCounter", wishes)
-    if by_fine is not None:
-        table, tick_s = by_fine, FINE_OF_DOT_S if dot else FINE_S
-    elif packets is not None and packet_s is not None:
-        table, tick_s = packets, packet_s
-    else:
+    table = fine
+    tick_s: float | None = FINE_OF_DOT_S if dot else FINE_S
+    if table is None or wishes.rate_hz is not None:
+        table = _counted(path, data, text, "PacketCounter", wishes)
+        tick_s = _packet_s(text) if wishes.rate_hz is None else 1 / wishes.rate_hz
+    if table is None or tick_s is None:
         return raw_of(str(path), parse(str(path), data, wishes), wishes, units, "xsens-text")
     made = replace(table, values={**table.values, "t_s": tick_s * table.values["t_s"]}, instants=True)
     raw = raw_of(str(path), made, replace(wishes, rate_hz=None), units, "xsens-text")
