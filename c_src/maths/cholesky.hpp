@@ -40,8 +40,9 @@ public:
 
     bool positive() const { return positive_; }
 
-    R determinant() const {
-        R product = d_[0];
+    // In double: six informations about a gyro bias and about iron have a product beyond the range of a float.
+    double determinant() const {
+        double product = d_[0];
         for (int i = 1; i < n; ++i) product *= d_[i];
         return product;
     }

@@ -54,7 +54,7 @@ Found found_of(double step) {
             response = 1;
         }
         const double S = variance + 1, r = (i < 150 ? 0 : step) + normal(engine) - mean;
-        evidence.add({{response * response / S}, {response * r / S}});
+        evidence.add({{response * response / S}, {response * r / S}, 0});
         const double gain = variance / S;
         mean += gain * r;
         response *= 1 - gain;
@@ -84,6 +84,16 @@ TEST(Steps, RejectedSamplesAreOutliersUnlessALikelyStepExplainsThem) {
     EXPECT_LT(ratio(20, 1), 0); // 20 sigmas of the step are less likely than an outlier
     EXPECT_GT(ratio(5, 4), 18);
     EXPECT_LT(ratio(20, 4), 0);
+}
+
+TEST(Steps, SixInformationsOfAGyroBiasAreInTheRangeOfAFloat) {
+    StepEvidence<6, float> evidence{};
+    for (int i = 0; i < 6; ++i) {
+        evidence.information[7 * i] = 1e10F;
+        evidence.sum[i] = 1e7F;
+    }
+    const float sigmas[] = {0.01F, 0.01F, 0.01F, 0.01F, 0.01F, 0.01F};
+    EXPECT_NEAR((Steps<6, float>(evidence, sigmas).twice_log_ratio()), 6 * (1e4 - std::log(1e6)), 1);
 }
 
 TEST(Consistency, InnovationsAsPredictedChangeNothing) {

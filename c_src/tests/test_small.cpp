@@ -14,7 +14,7 @@
 
 namespace {
 
-constexpr std::size_t max_bytes = 24 * 1024; // of a filter in double precision
+constexpr std::size_t max_bytes = 26 * 1024; // of a filter in double precision
 constexpr double interval_s = 0.005;
 // Beside roundings: what counts as motion depends on a small difference of large variances (explained_force2), and amplifies them. Measured in
 // float: 9e-6 of q (1e-3 deg), 2e-6 rad/s of the bias, and 5e-4 rad of a sigma of .3 rad with a finite gamma.

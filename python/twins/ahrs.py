@@ -109,7 +109,7 @@ class AhrsReference:
         self.t_s = self.corrected_s = math.nan
         self.verdict = "accept"  # on the last field
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
-        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), self.new_steps()
+        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS, None)
         self.clear_window()
 
     def begin_motion(self) -> None:
@@ -173,7 +173,7 @@ class AhrsReference:
         if found is None:
             return
         self.R_bn, sigma_heading = found
-        self.P, self.steps = self.first_covariance(sigma_heading), self.new_steps()
+        self.P, self.steps = self.first_covariance(sigma_heading), BiasSteps(ERRORS, BIAS, None)
         if self.o.start_mode == "attitude":
             self.vehicle_tilt.P[0, 0] = min(self.vehicle_tilt.P[0, 0], self.o.start_sigma_tilt_rad**2)
         field = self.first.samples.means()[1]
@@ -354,7 +354,7 @@ class AhrsReference:
         self.gap_rotation += self.gap_variance(t_s, has_rate)
         self.steps.response = self.transition() @ self.steps.response
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
-        if self.force_s > 0 and self.lasting_density2 == 0 and not self.is_tilt_within(0.0, np.radians(2)):
+        if self.force_s > 0 and self.lasting_density2 == 0 and not self.is_tilt_found():
             # The error of the start may exceed its sigma.
             self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
         self.travel()
@@ -378,39 +378,39 @@ class AhrsReference:
         self.clear_window()
 
     def learn(
-        self, H: Array, innovation: Array, noise: Array, considered: int = 0, is_evidence: bool = True, hidden: bool = False
+        self,
+        H: Array,
+        innovation: Array,
+        noise: Array,
+        considered: int = 0,
+        is_evidence: bool = True,
+        stepped: Array | None = None,
     ) -> None:
         """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used.
 
-        is_evidence: for or against a step of the gyro bias; hidden: which may be something else."""
-        PHt, stepped = self.E @ H.T, H @ self.steps.response
+        is_evidence: for or against a step of the gyro bias; stepped: response of the rows to steps and iron, if not by H alone."""
+        PHt, stepped = self.E @ H.T, H @ self.steps.response if stepped is None else stepped
         solved = np.linalg.solve(H @ PHt + noise, np.column_stack([innovation, stepped, PHt.T]))
-        by_innovation, by_step = solved[:, 0], solved[:, 1:4]
+        by_innovation, by_step = solved[:, 0], solved[:, 1:7]
         self.error[considered:] += PHt[considered:] @ by_innovation
         if is_evidence:
-            self.steps.add(stepped.T @ by_step, stepped.T @ by_innovation, hidden)
+            self.steps.evidence.add(stepped, np.asarray(by_step, dtype=np.float64), innovation)
         self.steps.response[considered:] -= PHt[considered:] @ by_step
         self.steps.response[V.stop : PHI.start] = 0  # errors of sensors do not respond within a window
-        change = PHt @ solved[:, 4:]
+        change = PHt @ solved[:, 7:]
         change[:considered, :considered] = 0
         self.E = self.E - 0.5 * (change + change.T)
 
     def new_steps(self) -> BiasSteps:
-        return BiasSteps(ERRORS, BIAS, self.R_bn)
-
-    def shows_drift(self) -> bool:
-        """Whether an accepted field shows a drift of the heading: a step of the gyro bias, or iron around a body that has turned."""
-        is_level = max(tilt_of(self.P)) < 0.045**2
-        return bool(self.confirmed and is_level and self.o.body != "ship")
+        return BiasSteps(ERRORS, BIAS, self.steps.response[:, 3:])
 
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
         steps = self.steps
-        steps.note_attitude(self.R_bn)
         if steps.look(self.window_s, self.rate_power, PHI):
-            mean, covariance = steps.found(steps.information, steps.sum)
-            self.error += steps.response @ mean
-            self.E = self.E + steps.response @ covariance @ steps.response.T
+            (mean, covariance), response = steps.found(), steps.response[:, :3]
+            self.error += response @ mean
+            self.E = self.E + response @ covariance @ response.T
             self.steps = self.new_steps()
         elif steps.is_over():
             self.steps = self.new_steps()
@@ -490,8 +490,8 @@ class AhrsReference:
     def note_hidden_step(self, S: Array, hiding2: float) -> None:
         """Evidence of a step of the gyro bias that the noise of lasting velocities hides; hiding2: its variance in S."""
         stepped = self.steps.response[V]
-        more = np.linalg.solve(S - hiding2 * EYE2, stepped) - np.linalg.solve(S, stepped)
-        self.steps.add(stepped.T @ more, -more.T @ self.velocity, hidden=True)
+        more = np.asarray(np.linalg.solve(S - hiding2 * EYE2, stepped) - np.linalg.solve(S, stepped), dtype=np.float64)
+        self.steps.hidden.add(stepped, more, -self.velocity)
 
     def judge_hold(self) -> None:
         """A rate that acts one interval off looks like a latency of the force: the likelihood of the estimated latency."""
@@ -651,19 +651,27 @@ class AhrsReference:
         if 0.5**2 < away2 < 9 * variance:  # no measurement of the drift that the heading correlates with
             self.E[HEADING], self.E[:, HEADING] = 0, 0
             self.E[HEADING, HEADING] = max(variance, min(ANY_HEADING, variance + away2))
-        innovation, before = residual - H @ self.error, self.E[HEADING, HEADING]
+        innovation = residual - H @ self.error
         HPHt = H @ self.E @ H.T
         self.nis["mag"] = float(innovation @ np.linalg.solve(HPHt + np.diag(noise), innovation))
         self.confirm_heading(not foreign and azimuth_away > self.o.mag_gate)
         known2 = sum(max(0.0, HPHt[k, k] - self.E[i, i]) for k, i in ((0, 21), (2, 22)))
-        if self.verdict != "reject":
-            inflation = (away / self.o.mag_gate) ** 2 if self.verdict != "accept" else 1
-            drifts = bool(self.verdict == "accept" and not foreign and self.shows_drift())
-            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, drifts, self.steps.has_turned)
-            self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
+        self.learn_field(H, innovation, noise, away, foreign)
         still = self.rest.at_rest()
         if not foreign:
             self.learn_field_noise(np.array([h, z]), innovation[[0, 2]], known2, 0.0 if still else min(1.0, turning))
+
+    def learn_field(self, H: Array, innovation: Array, noise: Array, away: float, foreign: bool) -> None:
+        """As correction and as evidence. noise: variances; away: deviation, in units of the strength."""
+        stepped, accepted = H @ self.steps.response, self.verdict == "accept"
+        stepped[:, 3:] -= self.R_bn  # iron adds to the mean field
+        shows_drift, before = bool(self.confirmed and not foreign and self.is_tilt_found()), self.E[HEADING, HEADING]
+        if shows_drift and not accepted:
+            self.steps.reject(stepped, H @ self.E @ H.T + np.diag(noise), innovation)
+        if self.verdict != "reject":
+            inflation = 1 if accepted else (away / self.o.mag_gate) ** 2
+            self.learn(H, innovation, inflation * np.diag(noise), CONSIDERED, shows_drift and accepted, stepped)
+            self.information[1] += 0 if foreign else max(0.0, 1 / self.E[HEADING, HEADING] - 1 / before)
 
     def of_place(self, intensities: Array) -> bool:
         """Whether strength and dip agree with the given ones. Without a given field: True."""
@@ -880,6 +888,10 @@ class AhrsReference:
         small = self.is_tilt_within(added, limit) and max(self.vehicle_tilt.square(), self.steps.suspected_tilt2) < limit**2
         steady = self.speed.is_fresh() or not self.lasting.may_accelerate()
         return bool(small) and steady and not self.lasting.lacks_gravity()
+
+    def is_tilt_found(self) -> bool:
+        """Its covariance is no longer inflated."""
+        return self.is_tilt_within(0.0, np.radians(2))
 
     def is_tilt_within(self, added: float, limit_rad: float) -> bool:
         """added: variance beside that of P, rad^2."""

@@ -5,6 +5,7 @@ motion and of the place, and the choice of the reference field.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -327,61 +328,75 @@ class TiltExcess:
         self.variance = max(kept * self.variance, float(self.corrected @ self.corrected) / 2 - self.expected)
 
 
+@dataclass
+class StepEvidence:
+    """Of steps of the gyro bias, 3, and iron in body axes, 3."""
+
+    information: Array = field(default_factory=lambda: np.zeros((6, 6)))
+    total: Array = field(default_factory=lambda: np.zeros(6))
+    excess: float = 0.0
+
+    def add(self, stepped: Array, weighted: Array, innovation: Array) -> None:
+        """Of rows: weighted by the inverse of their covariance."""
+        self.information = self.information + stepped.T @ weighted
+        self.total = self.total + weighted.T @ innovation
+
+    def __add__(self, more: StepEvidence) -> StepEvidence:
+        return StepEvidence(self.information + more.information, self.total + more.total, self.excess + more.excess)
+
+
 class BiasSteps:
     """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
 
-    STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
-    POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD, LEAST_HEADING_RAD = 24.0, 100.0, 0.0175, 0.04
+    STEP_RAD_S, IRON, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
+    POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD, LEAST_HEADING_RAD, OUTLIER_NIS = 24.0, 100.0, 0.0175, 0.04, 0.1
 
-    def __init__(self, errors: int, bias: slice, R_bn: Array):
-        self.R_bn = R_bn  # at the begin of the window
-        self.has_turned = False  # by more than 0.7 rad since
-        self.response = np.zeros((errors, 3))
-        """Of the error to unit steps."""
-        self.response[bias] = np.eye(3)
-        self.information, self.sum = np.zeros((3, 3)), np.zeros(3)
-        self.hidden, self.hidden_sum = np.zeros((3, 3)), np.zeros(3)
-        """What may also come from lasting velocities, or from iron around a body that has turned."""
+    def __init__(self, errors: int, bias: slice, iron: Array | None):
+        self.response = np.zeros((errors, 6))
+        """Of the error to unit steps, and to unit iron since the start of the attitude."""
+        self.response[bias, :3] = np.eye(3)
+        if iron is not None:
+            self.response[:, 3:] = iron
+        self.evidence, self.rejected, self.hidden = StepEvidence(), StepEvidence(), StepEvidence()
         self.since_s = self.rate_power = self.unseen_s = self.likely_s = 0.0
         self.suspected_tilt2 = self.suspected_heading2 = 0.0
 
-    def note_attitude(self, R_bn: Array) -> None:
-        """Of now."""
-        self.has_turned = self.has_turned or float(1 + np.trace(self.R_bn.T @ R_bn)) / 4 < 0.94**2
-
-    def add(self, information: Array, total: Array, hidden: bool) -> None:
-        """3 x 3 and 3, of innovations."""
-        if hidden:
-            self.hidden, self.hidden_sum = self.hidden + information, self.hidden_sum + total
-        else:
-            self.information, self.sum = self.information + information, self.sum + total
+    def reject(self, stepped: Array, S: Array, innovation: Array) -> None:
+        """A rejected field with the innovation covariance S."""
+        self.rejected.add(stepped, np.asarray(np.linalg.solve(S, stepped), dtype=np.float64), innovation)
+        self.rejected.excess += float(innovation @ np.linalg.solve(S, innovation)) - self.OUTLIER_NIS
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
         return self.SHARE**2 * self.rate_power / self.since_s + 1e-10
 
-    def twice_log_ratio(self, information: Array, total: Array) -> float:
+    def with_step(self, of: StepEvidence, step2: float | None = None) -> tuple[Array, Array, float]:
+        """Step and iron, 6, their covariance, and twice the logarithm of the likelihood ratio. step2: variance of a step."""
+        step2 = self.STEP_RAD_S**2 + self.unmodelled2() if step2 is None else step2
+        prior2 = np.repeat([step2, self.IRON**2], 3)
+        posterior = of.information + np.diag(1 / prior2)
+        covariance = np.asarray(np.linalg.inv(posterior), dtype=np.float64)
+        mean = covariance @ of.total
+        return mean, covariance, float(of.total @ mean - math.log(np.linalg.det(posterior) * np.prod(prior2)) - of.excess)
+
+    def twice_log_ratio(self, of: StepEvidence) -> float:
         """Of the likelihoods with and without a step."""
-
-        def of_prior(variance: float) -> float:
-            posterior = information + np.eye(3) / variance
-            return float(total @ np.linalg.solve(posterior, total) - math.log(np.linalg.det(posterior) * variance**3))
-
-        none2 = self.unmodelled2()
-        return of_prior(self.STEP_RAD_S**2 + none2) - of_prior(none2)
+        return self.with_step(of)[2] - self.with_step(of, self.unmodelled2())[2]
 
     def look(self, T: float, power: float, rotation: slice) -> bool:
         """T seconds later. rotation: rows of the response. True: a step has been likely for long enough."""
         self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
         if is_within(self.unseen_s, self.LOOK_S):
             return False
-        ratio = self.twice_log_ratio(self.information, self.sum)
+        if self.with_step(self.evidence + self.rejected)[2] > self.with_step(self.evidence)[2]:
+            self.evidence, self.rejected = self.evidence + self.rejected, StepEvidence()
+        ratio = self.twice_log_ratio(self.evidence)
         self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
         self.unseen_s = self.suspected_tilt2 = self.suspected_heading2 = 0.0
-        both = self.information + self.hidden, self.sum + self.hidden_sum
-        hides = self.hidden[0, 0] > 0 and self.twice_log_ratio(*both) > self.SUSPECTED_LIMIT
+        both = self.evidence + self.hidden
+        hides = self.hidden.information[0, 0] > 0 and self.twice_log_ratio(both) > self.SUSPECTED_LIMIT
         if hides or ratio > self.POSSIBLE:
-            turn2 = (self.response[rotation] @ self.found(*both)[0]) ** 2
+            turn2 = (self.response[rotation, :3] @ self.with_step(both)[0][:3]) ** 2
             tilt2, heading2 = float(turn2[0] + turn2[1]), float(turn2[2])
             self.suspected_tilt2 = tilt2 if tilt2 > self.LEAST_TILT_RAD**2 else 0.0
             self.suspected_heading2 = heading2 if heading2 > self.LEAST_HEADING_RAD**2 else 0.0
@@ -394,11 +409,10 @@ class BiasSteps:
             and not self.suspected_tilt2 + self.suspected_heading2 > 0
         )
 
-    def found(self, information: Array, total: Array) -> tuple[Array, Array]:
+    def found(self) -> tuple[Array, Array]:
         """The step, 3, and its covariance, 3 x 3."""
-        prior = np.eye(3) / (self.STEP_RAD_S**2 + self.unmodelled2())
-        covariance = np.asarray(np.linalg.inv(information + prior), dtype=np.float64)
-        return covariance @ total, covariance
+        mean, covariance, _ = self.with_step(self.evidence)
+        return mean[:3], covariance[:3, :3]
 
 
 class VehicleTilt:

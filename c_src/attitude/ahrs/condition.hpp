@@ -27,8 +27,7 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped,
-                               StepEvidence<3, R>* evidence) {
+                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence) {
     static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
@@ -40,15 +39,14 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
     if (evidence) {
         Response<m> weighted;
-        for (int j = 0; j < 3; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
-        evidence->template add<m>(stepped, weighted, innovation);
+        for (int j = 0; j < step_parts; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
+        evidence->add(stepped, weighted, innovation);
     }
     constexpr int last = std::min(rest, errors - rotation);
-    for (int j = 0; j < 3; ++j)
+    for (int j = 0; j < step_parts; ++j)
         for (int k = 0; k < m; ++k) {
             c.response.col(j).template tail<last>() -= stepped(k, j) * Kt.row(k).template tail<last>().transpose();
-            if constexpr (first == 0)
-                c.response.col(j).template head<2>() -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
+            if constexpr (first == 0) c.velocity_response.col(j) -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
         }
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
 }

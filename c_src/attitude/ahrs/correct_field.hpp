@@ -35,12 +35,26 @@ struct AhrsModelOf<R>::FieldRows {
         return out;
     }
 
-    // H times an error, or a column of its covariance.
+    // A column of the response, which begins with the rotation.
+    struct FromRotation {
+        const R* first;
+        R operator[](int row) const { return first[row - rotation]; }
+    };
+
+    // H times an error, or a column of its covariance or response.
     template <class Column>
     Vector3R of(const Column& c) const {
         return {Z * c[rotation + 1] - c[reference] - swept[0] * c[latency],
                 H * (c[rotation + 2] - c[declination]) - Z * c[rotation] - swept[1] * c[latency],
                 -H * c[rotation + 1] - c[reference + 1] - swept[2] * c[latency]};
+    }
+
+    // Iron adds to the mean field, in its axes.
+    Response<3> stepped(const Correction& c, const Matrix3R& R_bn) const {
+        Response<3> out;
+        for (int j = 0; j < step_parts; ++j) out.col(j) = of(FromRotation{c.response.col(j).data()});
+        out.template rightCols<3>() -= R_bn;
+        return out;
     }
 
     Matrix3R HPHt(const Eigen::Matrix<R, errors, 3>& PHt) const {
@@ -73,18 +87,30 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     confirm_heading(s, verdict, !foreign && azimuth_away > R(options_.mag_gate));
     const Vector3R known = HPHt.diagonal() - Vector3R(c.P(reference, reference), 0, c.P(reference + 1, reference + 1));
 
+    const Response<3> stepped = rows.stepped(c, rotation_matrix<R>(QuaternionR(s.x)));
+    // Else a disturbance passes, or the azimuth drifts with a horizon that is being found (a gyro that was stuck for 10 s, seed 47: 73 s instead
+    // of 9 until the tilt is right again).
+    const bool shows_drift = !foreign && s.heading_confirmed != 0 && is_tilt_found(s);
+    Matrix3R S = HPHt;
+    S.diagonal() += noise;
+    if (shows_drift && verdict != FieldVerdict::accept) note_rejected_field(s, S, stepped, innovation);
     if (verdict != FieldVerdict::reject) {
-        Matrix3R S = HPHt;
-        S.diagonal() += inflation * noise;
+        S.diagonal() += (inflation - 1) * noise;
         const R before = c.heading_variance();
-        Response<3> stepped;
-        for (int j = 0; j < 3; ++j) stepped.col(j) = rows.of(c.response.col(j));
-        const bool drifts = verdict == FieldVerdict::accept && !foreign && shows_drift(s);
-        StepEvidence<3, R>& evidence = s.steps.has_turned() ? s.steps.hidden : s.steps.evidence;
-        condition<3, considered>(c, PHt, S, innovation, stepped, drifts ? &evidence : nullptr);
+        const bool is_evidence = shows_drift && verdict == FieldVerdict::accept;
+        condition<3, considered>(c, PHt, S, innovation, stepped, is_evidence ? &s.steps.evidence : nullptr);
         if (!foreign) s.information.heading += information_gained(before, c.heading_variance());
     }
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
+}
+
+template <class R>
+void AhrsModelOf<R>::note_rejected_field(State& s, const Matrix3R& S, const Response<3>& stepped, const Vector3R& innovation) {
+    const Cholesky<3, R> factor(S);
+    if (!factor.positive()) return;
+    Response<3> weighted;
+    for (int j = 0; j < step_parts; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
+    s.steps.reject(stepped, weighted, innovation, factor.quadratic_form(innovation));
 }
 
 // The corrections are linear. An uncertain heading that is far off is no measurement of the drift that it correlates with: its error is
@@ -140,7 +166,7 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     const Vector PHt = c.column(declination);
     const R noise = sigma * sigma * now * before / (before - now);
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]),
-                             c.response.row(declination));
+                             c.template stepped<1>(declination));
 }
 
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.

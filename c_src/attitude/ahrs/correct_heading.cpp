@@ -27,8 +27,7 @@ struct Model::Aid<heading> {
             S *= over;
             ++s.gated[heading];
         }
-        condition<1, considered>(c, PHt, Row1(S), Row1(innovation), h.transpose() * rows<3>(c.response, rotation),
-                                 &s.steps.evidence);
+        condition<1, considered>(c, PHt, Row1(S), Row1(innovation), h.transpose() * c.stepped<3>(rotation), &s.steps.evidence);
         s.information.heading += information_gained(before, c.heading_variance());
         s.reference_variance = 0;
         s.heading_confirmed = 1; // an external heading needs no evidence of a field

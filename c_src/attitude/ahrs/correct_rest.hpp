@@ -73,7 +73,7 @@ void AhrsModelOf<R>::correct_rest(State& s, Correction& c) const {
     const Vector3R innovation = Vector3R(s.rest.mean_rate) - Vector3R(s.bias) - segment<3>(c.error, bias);
     s.lasting.settle(Vector3R(s.rest.mean_force).norm(), s.x[13]);
     S.diagonal().array() += (density_.rest_bias_density2 + s.rest.wander.density2()) / s.x[13];
-    condition<3, 0>(c, PHt, S, innovation, rows<3>(c.response, bias), &s.steps.evidence);
+    condition<3, 0>(c, PHt, S, innovation, c.template stepped<3>(bias), &s.steps.evidence);
 }
 
 } // namespace hnav

@@ -24,9 +24,9 @@ InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s,
 // PHt: columns of the velocity. T: since the last measurement of its kind, s. evidence: of a step of the gyro bias, or null.
 template <class R>
 void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                           const Vector2R& innovation, R T, StepEvidence<3, R>* evidence) {
+                                           const Vector2R& innovation, R T, Evidence* evidence) {
     const Vector3R before = c.rotation_variances();
-    condition<2, 0>(c, PHt, S, innovation, rows<2>(c.response, velocity), evidence);
+    condition<2, 0>(c, PHt, S, innovation, c.velocity_response, evidence);
     const Vector3R after = c.rotation_variances();
     s.information.gain_tilt(before, after);
     s.tilt_excess.pass(T);
@@ -54,11 +54,11 @@ void AhrsModelOf<R>::note_hidden_step(State& s, const Correction& c, const Matri
     const Matrix2R bounded = S - hiding2 * Matrix2R::Identity();
     const Cholesky<2, R> with(S), without(bounded);
     if (!without.positive()) return;
-    const Eigen::Matrix<R, 2, 3> stepped = rows<2>(c.response, velocity);
-    Eigen::Matrix<R, 2, 3> weighted;
-    for (int j = 0; j < 3; ++j)
+    const Response<2> stepped = c.velocity_response;
+    Response<2> weighted;
+    for (int j = 0; j < step_parts; ++j)
         weighted.col(j) = without.template solve<1>(stepped.col(j)) - with.template solve<1>(stepped.col(j));
-    s.steps.hidden.template add<2>(stepped, weighted, innovation);
+    s.steps.hidden.add(stepped, weighted, innovation);
 }
 
 // If rates act an interval later or earlier than the option gyro_hold states, attitude and force are out of step, which looks like a
@@ -84,7 +84,7 @@ void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& co
     columns<2>(c.P, velocity).setZero();
     block<2, 2>(c.P, velocity, velocity) = covariance;
     segment<2>(c.error, velocity).setZero();
-    rows<2>(c.response, velocity).setZero();
+    c.velocity_response.setZero();
 }
 
 } // namespace hnav

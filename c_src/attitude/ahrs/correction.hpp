@@ -101,7 +101,7 @@ void AhrsModelOf<R>::travel(State& s, Correction& c) const {
     for (int i = 0; i < 2; ++i) {
         c.P.row(velocity + i) += across[i] * drift.transpose();
         c.P.col(velocity + i) += across[i] * drift;
-        c.response.row(velocity + i) += across[i] * G.row(2) * rows<3>(c.response, bias);
+        c.velocity_response.row(i) += across[i] * G.row(2) * c.template stepped<3>(bias);
     }
     block<2, 2>(c.P, velocity, velocity) += variance * across * across.transpose();
     c.P.row(rotation + 2).template segment<2>(velocity) -= noise * across.transpose();

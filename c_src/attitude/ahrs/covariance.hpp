@@ -199,7 +199,7 @@ void AhrsModelOf<R>::forget_declination(State& s, Covariance& P) const {
     s.declination *= kept;
     P.row(declination) *= kept;
     P.col(declination) *= kept;
-    for (int j = 0; j < 3; ++j) s.steps.response[errors * j + declination] *= kept;
+    for (int j = 0; j < step_parts; ++j) s.steps.response[responding * j + declination - rotation] *= kept;
     P(declination, declination) += (1 - kept * kept) * (s.foreign2 + s.field_noise.scale2 * sigma * sigma);
 }
 

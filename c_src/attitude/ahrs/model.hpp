@@ -119,20 +119,32 @@ private:
     using Matrix3R = Matrix3Of<R>;
     using Matrix39R = Eigen::Matrix<R, 3, 9, Eigen::RowMajor>;
     using QuaternionR = QuaternionOf<R>;
+    static constexpr int step_parts = BiasSteps<R, responding>::parts;
+    template <int m>
+    using Response = Eigen::Matrix<R, m, step_parts>; // of m rows of errors or of a sensor
+    using StepResponse = Response<responding>;
+    using Evidence = typename BiasSteps<R, responding>::Evidence;
 
     // Working memory of the corrections of one instant.
     struct Correction {
         Covariance P; // after the first correction only its upper triangle is valid
         Vector error = Vector::Zero(); // estimated error, applied to the state after all corrections
         bool sound = true; // no correction has found an indefinite covariance
-        Eigen::Map<Eigen::Matrix<R, errors, 3>> response; // to steps of the gyro bias
+        // To steps of the gyro bias, and to iron; of the errors from the rotation on, and of the velocity.
+        Eigen::Map<StepResponse> response;
+        Eigen::Map<Response<2>> velocity_response;
 
-        explicit Correction(State& s) : P(unpack_columns<errors>(s.P)), response(s.steps.response) {}
+        explicit Correction(State& s)
+            : P(unpack_columns<errors>(s.P)), response(s.steps.response), velocity_response(s.steps.velocity_response) {}
 
         Vector column(int j) const {
             Vector c = P.col(j);
             for (int i = j + 1; i < errors; ++i) c[i] = P(j, i);
             return c;
+        }
+        template <int m>
+        auto stepped(int row) const {
+            return response.template middleRows<m>(row - rotation);
         }
         R& heading_variance() { return P(rotation + 2, rotation + 2); }
         Vector3R rotation_variances() const { return diagonal<3>(P, rotation); }
@@ -266,18 +278,14 @@ private:
     static R explained_force2(const State& s, const Correction& c);
 
     // admit_steps.hpp
-    static void begin_steps(State& s) { s.steps.begin(bias, s.x); }
+    static void begin_steps(State& s) { s.steps.begin(bias - rotation); }
     void carry_response(State& s) const;
     void admit_steps(State& s, Correction& c) const;
-    bool shows_drift(const State& s) const;
 
     // condition.hpp
-    template <int m>
-    using Response = Eigen::Matrix<R, m, 3>; // of the rows of a sensor to steps: H times the response of the error
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped,
-                          StepEvidence<3, R>* evidence = nullptr);
+                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence = nullptr);
     template <int m, int first, int... after_first>
     static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
                          std::integer_sequence<int, after_first...>);
@@ -290,7 +298,7 @@ private:
     // correct_velocity.hpp
     static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                      const Vector2R& innovation, R T, StepEvidence<3, R>* evidence);
+                                      const Vector2R& innovation, R T, Evidence* evidence);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     static void note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation);
     static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);
@@ -328,6 +336,7 @@ private:
     static void forget_heading_far_off(Correction& c, const FieldRows& rows);
     bool take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const;
     void leave_foreign_field(State& s, Correction& c) const;
+    static void note_rejected_field(State& s, const Matrix3R& S, const Response<3>& stepped, const Vector3R& innovation);
     void start_in_foreign_field(State& s) const;
     R azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const;
     static void note_contradiction(State& s, FieldVerdict verdict, const FieldRows& rows);

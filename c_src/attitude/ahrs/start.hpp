@@ -104,6 +104,7 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
     sigma[force_latency] = start.force_latency;
     sigma[declination] = start.declination;
     pack_columns<errors>(Covariance(sigma.cwiseAbs2().asDiagonal()), s.P);
+    s.steps.forget_iron();
     begin_steps(s);
     ++s.seldom_changes;
 }

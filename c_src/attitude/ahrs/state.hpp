@@ -41,6 +41,7 @@ struct AhrsErrors {
     };
     static constexpr int errors = 25;
     static constexpr int considered = rotation + 2;
+    static constexpr int responding = errors - rotation; // and the velocity: to a step of the gyro bias, within a window
 
     // Place of the element i, j, i <= j, in the upper triangle packed column by column.
     static constexpr int packed(int i, int j) { return place_in_columns(i, j); }
@@ -121,7 +122,7 @@ struct AhrsState {
     StillField<R> still_field;
     LastingMotion<R> lasting;
     VehicleTilt<R> vehicle_tilt; // of an unknown body: for readiness and stated variances
-    BiasSteps<R, AhrsErrors::errors> steps;
+    BiasSteps<R, AhrsErrors::responding> steps;
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white
     R rests; // 1: the last correction was at rest
     GivenSpeed<R> speed;

@@ -8,7 +8,7 @@
 #define CALL_OF(filter, name) JOINED(hnav_, filter, name)
 #define CALL(name) CALL_OF(CREATE, name)
 
-static double memory[24 * 1024 / sizeof(double)];
+static double memory[28 * 1024 / sizeof(double)];
 static hnav_filter* filter;
 
 static CALL(_options) options(void) {
