@@ -366,6 +366,10 @@ class BiasSteps:
         self.rejected.add(stepped, np.asarray(np.linalg.solve(S, stepped), dtype=np.float64), innovation)
         self.rejected.excess += float(innovation @ np.linalg.solve(S, innovation)) - self.OUTLIER_NIS
 
+    def heading_variance_by_iron(self) -> float:
+        """Iron is a consider state: it corrects nothing."""
+        return self.IRON**2 * float(np.sum(self.response[17, 3:] ** 2))
+
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
         return self.SHARE**2 * self.rate_power / self.since_s + 1e-10

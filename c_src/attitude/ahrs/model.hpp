@@ -196,7 +196,8 @@ private:
         if (s.lasting.lacks_gravity(R(gravity_m_s2))) return false;
         const R limit_rad = R(options_.ready_heading_rad);
         if (!(s.steps.suspected_heading2 < limit_rad * limit_rad)) return false;
-        const R added = reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
+        const R added =
+            s.steps.heading_variance_by_iron() + reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
         return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, limit_rad);
     }
     // Variance of a heading from a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
