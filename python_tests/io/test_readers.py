@@ -243,6 +243,12 @@ def test_what_cannot_be_read_is_answered_in_one_line(tmp_path, name, content, na
     assert name in str(error.value) and "\n" not in str(error.value)
 
 
+def test_a_folder_without_files_is_refused(tmp_path):
+    (tmp_path / "inner").mkdir()
+    with pytest.raises(RecordingError, match="the folder holds no file: give the file of the recording"):
+        read(tmp_path)
+
+
 def test_a_library_that_is_missing_is_asked_for_by_name(tmp_path, motion, monkeypatch):
     pytest.importorskip("pyulog")
     path = recorded.ulog(tmp_path, motion)

@@ -87,4 +87,7 @@ def reader_of(path: Path, format: str | None) -> Reader:
         return lambda path, wishes: read_folder(path, files, lambda file: reader_of(file, None)(file, wishes), wishes)
     if head.startswith(ZIP_MAGIC):
         return lambda path, wishes: unzipped(path, lambda inner: reader_of(inner, None)(inner, wishes))
+    if path.is_dir():
+        raise RecordingError(f"{path}: the folder holds no file: give the file of the recording, or the folder that it is in")
     raise RecordingError(f"{path}: {what_it_is(path, head)}no supported format ({', '.join(FORMATS)})")
+
