@@ -109,7 +109,7 @@ class AhrsReference:
         self.t_s = self.corrected_s = math.nan
         self.verdict = "accept"  # on the last field
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
-        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS, None)
+        self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS, o.residual_iron)
         self.clear_window()
 
     def begin_motion(self) -> None:
@@ -173,7 +173,7 @@ class AhrsReference:
         if found is None:
             return
         self.R_bn, sigma_heading = found
-        self.P, self.steps = self.first_covariance(sigma_heading), BiasSteps(ERRORS, BIAS, None)
+        self.P, self.steps = self.first_covariance(sigma_heading), BiasSteps(ERRORS, BIAS, self.o.residual_iron)
         if self.o.start_mode == "attitude":
             self.vehicle_tilt.P[0, 0] = min(self.vehicle_tilt.P[0, 0], self.o.start_sigma_tilt_rad**2)
         field = self.first.samples.means()[1]
@@ -402,7 +402,7 @@ class AhrsReference:
         self.E = self.E - 0.5 * (change + change.T)
 
     def new_steps(self) -> BiasSteps:
-        return BiasSteps(ERRORS, BIAS, self.steps.response[:, 3:])
+        return BiasSteps(ERRORS, BIAS, self.o.residual_iron, self.steps.response[:, 3:])
 
     def admit_steps(self) -> None:
         """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""

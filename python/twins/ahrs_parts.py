@@ -348,10 +348,11 @@ class StepEvidence:
 class BiasSteps:
     """Whether the gyro bias has stepped at the begin of a window: likelihood ratio of the innovations (c_src/attitude/ahrs/bias_steps.hpp)."""
 
-    STEP_RAD_S, IRON, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
+    STEP_RAD_S, SHARE, LIMIT, LASTS_S, LOOK_S, WINDOW_S = 0.01, 5e-4, 40.0, 3.0, 0.25, 20.0
     POSSIBLE, SUSPECTED_LIMIT, LEAST_TILT_RAD, LEAST_HEADING_RAD, OUTLIER_NIS = 24.0, 100.0, 0.0175, 0.04, 0.1
 
-    def __init__(self, errors: int, bias: slice, iron: Array | None):
+    def __init__(self, errors: int, bias: slice, iron_sigma: float, iron: Array | None = None):
+        self.iron_sigma = iron_sigma
         self.response = np.zeros((errors, 6))
         """Of the error to unit steps, and to unit iron since the start of the attitude."""
         self.response[bias, :3] = np.eye(3)
@@ -368,7 +369,7 @@ class BiasSteps:
 
     def heading_variance_by_iron(self) -> float:
         """Iron is a consider state: it corrects nothing."""
-        return self.IRON**2 * float(np.sum(self.response[17, 3:] ** 2))
+        return self.iron_sigma**2 * float(np.sum(self.response[17, 3:] ** 2))
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
@@ -377,7 +378,7 @@ class BiasSteps:
     def with_step(self, of: StepEvidence, step2: float | None = None) -> tuple[Array, Array, float]:
         """Step and iron, 6, their covariance, and twice the logarithm of the likelihood ratio. step2: variance of a step."""
         step2 = self.STEP_RAD_S**2 + self.unmodelled2() if step2 is None else step2
-        prior2 = np.repeat([step2, self.IRON**2], 3)
+        prior2 = np.repeat([step2, self.iron_sigma**2], 3)
         posterior = of.information + np.diag(1 / prior2)
         covariance = np.asarray(np.linalg.inv(posterior), dtype=np.float64)
         mean = covariance @ of.total

@@ -19,10 +19,6 @@ template <class R, int rows>
 struct BiasSteps {
     static constexpr int parts = 6; // steps of the bias, 3, rad/s; iron in body axes, 3, in units of the field's strength
     using Evidence = StepEvidence<parts, R>;
-    // Half a microtesla in the field of the Earth, as a good calibration leaves it. Chosen, of simulations: with 5e-3 the heading of a phone in a
-    // cyclist's pocket, with 1 uT of iron, is wrong and ready for 2.9 % of the time instead of 0.4; with 0.03 a step in a phone on a bus is found
-    // later (tilt 4.7 -> 6.2 deg).
-    static constexpr R iron_sigma = R(0.01);
 
     // Of the error, column by column: to unit steps at the begin of the window, and to unit iron since the start of the attitude.
     R response[parts * rows], velocity_response[parts * 2];
@@ -33,11 +29,13 @@ struct BiasSteps {
         suspected_heading2; // rad^2, squares of the angles by a step that is possible, or likely with both; 0: none is
     R since_s, rate_power; // length of the window, s, and the integral of the squared rate over it, rad^2/s
     R unseen_s; // since the last look
+    R iron_sigma; // of each axis
     R likely_s; // a step has been likely for so long
 
     // Begins a window. bias: its row in the response.
-    void begin(int bias) {
+    void begin(int bias, R sigma_of_iron) {
         BiasSteps begun{};
+        begun.iron_sigma = sigma_of_iron;
         std::copy(response + 3 * rows, response + parts * rows, begun.response + 3 * rows);
         std::copy(velocity_response + 3 * 2, velocity_response + parts * 2, begun.velocity_response + 3 * 2);
         for (int i = 0; i < 3; ++i) begun.response[rows * i + bias + i] = 1;
@@ -106,7 +104,7 @@ private:
     }
 
     // variance: of a step, (rad/s)^2.
-    static Steps<parts, R> with(const Evidence& of, R variance) {
+    Steps<parts, R> with(const Evidence& of, R variance) const {
         const R step = std::sqrt(variance), sigmas[] = {step, step, step, iron_sigma, iron_sigma, iron_sigma};
         return {of, sigmas};
     }

@@ -28,7 +28,7 @@ bool AhrsModelOf<R>::is_at_rest(State& s, Correction& c) const {
 
 // The bias has been wrong by so much, and the attitude has drifted by the turn that was none.
 template <class R>
-void AhrsModelOf<R>::admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias) {
+void AhrsModelOf<R>::admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias) const {
     const Vector3R drifted = rotation_matrix<R>(QuaternionR(s.x)) * Vector3R(s.still_field.turn);
     diagonal<3>(c.P, bias) += from_bias.cwiseAbs2();
     diagonal<3>(c.P, rotation) += drifted.cwiseAbs2();

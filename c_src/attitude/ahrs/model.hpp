@@ -238,7 +238,7 @@ private:
 
     // start.hpp
     void forget_attitude(State& s) const;
-    static void start_covariance(State& s, const Sigmas& start);
+    void start_covariance(State& s, const Sigmas& start) const;
     Sigmas start_sigmas(R sigma_heading) const;
     static void put_reference(State& s, const ReferenceFieldOf<R>& field);
     static void put_learnt_reference(State& s, const Vector3R& field_b);
@@ -279,7 +279,7 @@ private:
     static R explained_force2(const State& s, const Correction& c);
 
     // admit_steps.hpp
-    static void begin_steps(State& s) { s.steps.begin(bias - rotation); }
+    void begin_steps(State& s) const { s.steps.begin(bias - rotation, R(options_.residual_iron)); }
     void carry_response(State& s) const;
     void admit_steps(State& s, Correction& c) const;
 
@@ -307,7 +307,7 @@ private:
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool may_accelerate_long(const State& s) const { return s.vehicle_tilt.is_possible() || accelerates_long(options_.body); }
     bool is_at_rest(State& s, Correction& c) const; // correct_rest.hpp
-    static void admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias);
+    void admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias) const;
     bool is_field_still(State& s) const;
     bool is_vehicle_at_rest(const State& s, bool rests) const;
     void note_vehicle(State& s, const Correction& c, bool rests) const;

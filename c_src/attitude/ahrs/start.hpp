@@ -90,7 +90,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
 }
 
 template <class R>
-void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) {
+void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) const {
     Vector sigma;
     segment<2>(sigma, velocity).setConstant(start.velocity);
     segment<9>(sigma, calibration).setConstant(start.misalignment);

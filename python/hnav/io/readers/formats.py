@@ -90,4 +90,3 @@ def reader_of(path: Path, format: str | None) -> Reader:
     if path.is_dir():
         raise RecordingError(f"{path}: the folder holds no file: give the file of the recording, or the folder that it is in")
     raise RecordingError(f"{path}: {what_it_is(path, head)}no supported format ({', '.join(FORMATS)})")
-
