@@ -61,7 +61,7 @@ const OptionRow rows[] = {
     {"local_declination_rad", text("noise"), text("rad"), text("Variation of the field's azimuth from place to place, one sigma"),
     text("A degree and a half, as in the rooms of BROAD; in the open it is less."), nullptr, nullptr, defaults + 9,
     offsetof(hnav_ahrs_options, local_declination_rad), 0, 10, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
-    {"residual_iron", text("noise"), text("1"),
+    {"residual_iron", text("noise"), text(""),
     text("Iron that the calibration of the magnetometer leaves, on each axis, in units of the field's strength, one sigma"),
     text("Half a microtesla, as a good calibration leaves it. With 0.005 or 0.03 the heading of simulated bodies is ready and wrong more often."),
     nullptr, nullptr, defaults + 10, offsetof(hnav_ahrs_options, residual_iron), 0, 1, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},

@@ -56,7 +56,7 @@ typedef struct hnav_ahrs_options {
      * (0, 10] rad, default 0.025. A degree and a half, as in the rooms of BROAD; in the open it is less. */
     double local_declination_rad;
     /* Iron that the calibration of the magnetometer leaves, on each axis, in units of the field's strength, one sigma.
-     * (0, 1] 1, default 0.01. Half a microtesla, as a good calibration leaves it. With 0.005 or 0.03 the heading of
+     * (0, 1], default 0.01. Half a microtesla, as a good calibration leaves it. With 0.005 or 0.03 the heading of
      * simulated bodies is ready and wrong more often. */
     double residual_iron;
     /* Time that a moving body stays at a place of constant azimuth.
