@@ -857,7 +857,7 @@ class AhrsReference:
         even = 0.5  # probability that an unknown body is a vehicle, and that a suspected step of the gyro bias has happened
         tilt = self.tilt_excess.variance + even * self.steps.suspected_tilt2
         tilt += even * max(0.0, self.vehicle_tilt.square() - max(tilt_of(self.P)))
-        heading = self.steps.heading_variance_by_iron() + self.all_reference_variance()
+        heading = self.steps.heading_variance_by_iron(HEADING) + self.all_reference_variance()
         heading += even * (self.steps.suspected_heading2 + self.tilted_field_variance())
         covariance += np.diag([tilt, tilt, heading])
         by_hold = self.hold_error()
@@ -902,7 +902,7 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
-        variance += self.steps.heading_variance_by_iron() + self.tilted_field_variance() + self.hold_error()[2] ** 2
+        variance += self.steps.heading_variance_by_iron(HEADING) + self.tilted_field_variance() + self.hold_error()[2] ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
         known = self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and not self.lasting.lacks_gravity()
         return bool(known and earned and self.steps.suspected_heading2 < limit2)

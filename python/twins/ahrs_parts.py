@@ -367,9 +367,9 @@ class BiasSteps:
         self.rejected.add(stepped, np.asarray(np.linalg.solve(S, stepped), dtype=np.float64), innovation)
         self.rejected.excess += float(innovation @ np.linalg.solve(S, innovation)) - self.OUTLIER_NIS
 
-    def heading_variance_by_iron(self) -> float:
-        """Iron is a consider state: it corrects nothing."""
-        return self.iron_sigma**2 * float(np.sum(self.response[17, 3:] ** 2))
+    def heading_variance_by_iron(self, heading: int) -> float:
+        """Iron is a consider state: it corrects nothing. heading: its row."""
+        return self.iron_sigma**2 * float(np.sum(self.response[heading, 3:] ** 2))
 
     def unmodelled2(self) -> float:
         """Variance of errors that are proportional to the rate, and no step."""
@@ -393,8 +393,9 @@ class BiasSteps:
         self.since_s, self.rate_power, self.unseen_s = self.since_s + T, self.rate_power + power, self.unseen_s + T
         if is_within(self.unseen_s, self.LOOK_S):
             return False
-        if self.with_step(self.evidence + self.rejected)[2] > self.with_step(self.evidence)[2]:
-            self.evidence, self.rejected = self.evidence + self.rejected, StepEvidence()
+        everything = self.evidence + self.rejected
+        if self.with_step(everything)[2] > self.with_step(self.evidence)[2]:
+            self.evidence, self.rejected = everything, StepEvidence()
         ratio = self.twice_log_ratio(self.evidence)
         self.likely_s = self.likely_s + self.unseen_s if ratio > self.LIMIT else 0.0
         self.unseen_s = self.suspected_tilt2 = self.suspected_heading2 = 0.0

@@ -29,8 +29,8 @@ struct BiasSteps {
         suspected_heading2; // rad^2, squares of the angles by a step that is possible, or likely with both; 0: none is
     R since_s, rate_power; // length of the window, s, and the integral of the squared rate over it, rad^2/s
     R unseen_s; // since the last look
-    R iron_sigma; // of each axis
     R likely_s; // a step has been likely for so long
+    R iron_sigma; // of each axis: the option residual_iron
 
     // Begins a window. bias: its row in the response.
     void begin(int bias, R sigma_of_iron) {

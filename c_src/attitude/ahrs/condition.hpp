@@ -20,6 +20,15 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
     return factor.positive() ? factor.quadratic_form(innovation) : 0;
 }
 
+// S^-1 times the response of rows.
+template <class R>
+template <int m>
+typename AhrsModelOf<R>::template Response<m> AhrsModelOf<R>::weighted(const Cholesky<m, R>& S, const Response<m>& stepped) {
+    Response<m> out;
+    for (int j = 0; j < step_parts; ++j) out.col(j) = S.template solve<1>(stepped.col(j));
+    return out;
+}
+
 // Corrects the errors from row `first` on by m rows H, with PHt = P H' and S = H P H' + noise. Rows before `first` are consider states
 // (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
 // rounding has made S indefinite, as by values of very different magnitudes. evidence: of a step of the gyro bias, to which the innovation
@@ -38,9 +47,7 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
     if (evidence) {
-        Response<m> weighted;
-        for (int j = 0; j < step_parts; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
-        evidence->add(stepped, weighted, innovation);
+        evidence->add(stepped, weighted<m>(factor, stepped), innovation);
     }
     constexpr int last = std::min(rest, errors - rotation);
     for (int j = 0; j < step_parts; ++j)

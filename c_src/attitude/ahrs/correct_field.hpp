@@ -83,7 +83,9 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     Vector3R noise = field_noise(s);
     if (foreign) noise[0] = noise[2] = unknown_intensity * unknown_intensity;
     const R inflation = noise_inflation(verdict, away);
-    record_field(s, t_s, innovation, HPHt, noise, inflation);
+    Matrix3R S = HPHt;
+    S.diagonal() += noise;
+    record_field(s, t_s, innovation, S, inflation);
     confirm_heading(s, verdict, !foreign && azimuth_away > R(options_.mag_gate));
     const Vector3R known = HPHt.diagonal() - Vector3R(c.P(reference, reference), 0, c.P(reference + 1, reference + 1));
 
@@ -91,8 +93,6 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     // Else a disturbance passes, or the azimuth drifts with a horizon that is being found (a gyro that was stuck for 10 s, seed 47: 73 s instead
     // of 9 until the tilt is right again).
     const bool shows_drift = !foreign && s.heading_confirmed != 0 && is_tilt_found(s);
-    Matrix3R S = HPHt;
-    S.diagonal() += noise;
     if (shows_drift && verdict != FieldVerdict::accept) note_rejected_field(s, S, stepped, innovation);
     if (verdict != FieldVerdict::reject) {
         S.diagonal() += (inflation - 1) * noise;
@@ -104,13 +104,11 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
     if (!foreign) learn_field_noise(s, c, mean, innovation, known);
 }
 
+// S: with the noise before inflation, as in the record of the innovation.
 template <class R>
 void AhrsModelOf<R>::note_rejected_field(State& s, const Matrix3R& S, const Response<3>& stepped, const Vector3R& innovation) {
     const Cholesky<3, R> factor(S);
-    if (!factor.positive()) return;
-    Response<3> weighted;
-    for (int j = 0; j < step_parts; ++j) weighted.col(j) = factor.template solve<1>(stepped.col(j));
-    s.steps.reject(stepped, weighted, innovation, factor.quadratic_form(innovation));
+    if (factor.positive()) s.steps.reject(stepped, weighted<3>(factor, stepped), innovation, s.innovation[mag].nis);
 }
 
 // The corrections are linear. An uncertain heading that is far off is no measurement of the drift that it correlates with: its error is
@@ -278,10 +276,7 @@ R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
 }
 
 template <class R>
-void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
-                                  R inflation) {
-    Matrix3R S = HPHt; // with the noise before inflation
-    S.diagonal() += noise;
+void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& S, R inflation) {
     InnovationOf<R>& i = s.innovation[mag];
     i = {};
     i.t_s = t_s;

@@ -55,10 +55,7 @@ void AhrsModelOf<R>::note_hidden_step(State& s, const Correction& c, const Matri
     const Cholesky<2, R> with(S), without(bounded);
     if (!without.positive()) return;
     const Response<2> stepped = c.velocity_response;
-    Response<2> weighted;
-    for (int j = 0; j < step_parts; ++j)
-        weighted.col(j) = without.template solve<1>(stepped.col(j)) - with.template solve<1>(stepped.col(j));
-    s.steps.hidden.add(stepped, weighted, innovation);
+    s.steps.hidden.add(stepped, Response<2>(weighted<2>(without, stepped) - weighted<2>(with, stepped)), innovation);
 }
 
 // If rates act an interval later or earlier than the option gyro_hold states, attitude and force are out of step, which looks like a

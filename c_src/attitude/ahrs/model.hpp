@@ -284,6 +284,8 @@ private:
     void admit_steps(State& s, Correction& c) const;
 
     // condition.hpp
+    template <int m>
+    static Response<m> weighted(const Cholesky<m, R>& S, const Response<m>& stepped);
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
                           const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence = nullptr);
@@ -346,8 +348,7 @@ private:
     void learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
                            const Vector3R& known) const;
     R noise_inflation(FieldVerdict verdict, R deviation) const;
-    static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& HPHt, const Vector3R& noise,
-                             R inflation);
+    static void record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& S, R inflation);
     void confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const;
 
     // The options, and values derived from them at creation.
