@@ -177,12 +177,16 @@ def test_the_compile_line_of_the_readme_makes_a_program(tmp_path):
     (line,) = re.findall(r"^    (gcc .*)$", README.read_text(), re.MULTILINE)
     if shutil.which("gcc") is None or not LIBRARY.is_file():
         pytest.skip("no gcc, or the library is not built")
-    (tmp_path / "heading.c").write_text(next(code for kind, code in FENCE.findall(README.read_text()) if kind == "c"))
+    program = next(code for kind, code in FENCE.findall(README.read_text()) if kind == "c")
     (tmp_path / "c_src").symlink_to(TOP / "c_src")
     (tmp_path / "build").mkdir()
     (tmp_path / "build" / "c_src").symlink_to(LIBRARY.resolve().parent)
-    done = subprocess.run(line, shell=True, capture_output=True, text=True, cwd=tmp_path, timeout=60)
-    assert done.returncode == 0 and done.stdout.startswith("heading "), done.stderr
+    stated = re.findall(r"(?<= )\.\d{3}\b", program)  # sigma after 2 s, and after 10 s
+    for steps, sigma in zip((200, 1000), stated, strict=True):
+        (tmp_path / "heading.c").write_text(program.replace("k <= 200", f"k <= {steps}"))
+        done = subprocess.run(line, shell=True, capture_output=True, text=True, cwd=tmp_path, timeout=60)
+        assert done.returncode == 0 and done.stdout.startswith("heading "), done.stderr
+        assert done.stdout.endswith(f"sigma 0{sigma} rad\n")
 
 
 # ------------------------------------------------------------------------------------------------ command lines
