@@ -12,7 +12,7 @@ namespace {
 
 // Of all rows, one after the other.
 constexpr double defaults[] = {
-    0, 8.4e-05, 0.0017, 0.0001, 0.36, 0.018, 0.0125, 1.07, 0.0031, 0.025, 0.01, 60, 0.03, 1, 0.0347, 0.1, 2, 2.5, 3, 0, 64, 0,
+    0, 8.4e-05, 0.0017, 0.0001, 0.36, 0.018, 0.0125, 1.07, 0.0031, 0.025, 0.01, 60, 0.03, 1, 0.0444, 0.1, 2, 2.5, 3, 0, 64, 0,
     0.034906585039886591, 0.5, 0.034906585039886591, 1.5, 0.5, 2.8e-05, 0.035, 60, 3, 4, 12, 8.8, 0, 5e-05, 1.0471975511965976,
     0.05, 0.05235987755982989, 0.35, 0.35, 0.17, 5, 1.6, 0.5, 60, 0.13, 3.75, 0.12, 2, 1, 0.3, 0.75, 0, 2, 1, 1, 0, 0, 0, 0, 0, 0,
     0, 0.08, 0.2, 0.008, 0.056, 0.077, 0.011, 0.25, 0.25, 0.035, 0.002, 0.00056, 0, 0, 0, 8, 100, 1, 0.026179938779914945,
@@ -79,7 +79,7 @@ const OptionRow rows[] = {
     0, 0},
     {"correction_interval_s", text("timing"), text("s"),
     text("Interval between corrections, at the nearest sample; aids correct at once"),
-    text("Long for samples, so that corrections cost little, and short for the motion; half of it gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near."),
+    text("Long for samples, so that corrections cost little, and short for the motion; half of it gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near, by a twentieth of the samples' interval."),
     nullptr, nullptr, defaults + 14, offsetof(hnav_ahrs_options, correction_interval_s), 0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0,
     1},
     {"max_interval_s", text("timing"), text("s"),

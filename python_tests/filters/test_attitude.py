@@ -60,7 +60,7 @@ def test_impossible_options_are_refused_by_the_library_with_their_name(filter):
 
 def test_sigma_covers_the_error_of_a_wrong_gyro_hold():
     """Rates of 10 rad/s that act an interval later than stated: the attitude is up to an interval's turn off."""
-    m = tilted_motion(60).recording
+    m = tilted_motion(60, bias=(0.005, -0.008, 0.003)).recording
     shown = slice(4000, None)
 
     def run(hold: str) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +69,7 @@ def test_sigma_covers_the_error_of_a_wrong_gyro_hold():
         return inclination, np.hypot(*r.sigma_rad[shown, :2].T)
 
     (right, right_sigma), (wrong, wrong_sigma) = run("forward"), run("backward")
-    assert np.sqrt(np.mean(wrong**2)) > 3 * np.sqrt(np.mean(right**2))
+    assert np.sqrt(np.mean(wrong**2)) > 10 * np.sqrt(np.mean(right**2))
     assert np.mean(wrong < 3 * wrong_sigma) > 0.99
     assert wrong_sigma[-1] > 1.2 * right_sigma[-1]
 

@@ -75,8 +75,9 @@ typedef struct hnav_ahrs_options {
      * before a sample. */
     int32_t gyro_hold;
     /* Interval between corrections, at the nearest sample; aids correct at once.
-     * (0, 1e3] s, default 0.0347. Long for samples, so that corrections cost little, and short for the motion; half of it
-     * gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near. */
+     * (0, 1e3] s, default 0.0444. Long for samples, so that corrections cost little, and short for the motion; half of it
+     * gains nothing. For no usual rate from 25 to 1000 Hz are two samples equally near, by a twentieth of the samples'
+     * interval. */
     double correction_interval_s;
     /* Longest interval that one sample represents; the first sample of a sensor represents none.
      * (0, 1e6] s, default 0.1. Ten times the usual interval; a sample after a longer gap contains no more information. */
