@@ -1,5 +1,5 @@
 // Times one interval of 10 ms with a sample of each sensor at its end: the paper's filter with every integrator and gamma
-// mode (a correction of six rows each time), the AHRS with every integrator (a correction every 35 ms).
+// mode (a correction of six rows each time), the AHRS with every integrator (a correction every 44 ms).
 //
 //     hnav_bench [CSV]          prints a table; with a file name also writes it there
 //
