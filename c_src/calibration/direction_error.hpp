@@ -21,7 +21,7 @@ double take_off_push(double outlier_sigma, Unknowns unknowns, Samples& samples, 
 // The error in rad that is exceeded by at most one of ten fits.
 double direction_error(double outlier_sigma, Unknowns unknowns, Samples& samples, const Correction& correction);
 
-// Part of the sphere without samples, except one in a hundred: they are farther than the angle from the direction.
+// A part of the sphere with at most one in a hundred samples: all directions within angle_rad of `direction`.
 struct Gap {
     Vector3 direction;
     double angle_rad;

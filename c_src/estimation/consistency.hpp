@@ -68,7 +68,7 @@ struct Consistency {
         for (int i = 0; i < mean_rows; ++i) size2 += square(mean[window][i]);
         return size2 * (2 - share[window]) / share[window] / mean_rows;
     }
-    // The larger of the windows.
+    // The larger bias of the two windows.
     double bias() const { return std::fmax(bias(0), bias(1)); }
     // Call it after the covariance of the state was multiplied by this factor.
     void widen(double factor) {

@@ -119,7 +119,7 @@ public:
     // jump.cpp
     void jump(State& s, const Event& event) const;
 
-    // outputs.cpp; ahead_s: how far the state has been brought beyond its last event.
+    // outputs.cpp. ahead_s: time from the last event to the time of the state.
     Navigation navigation(const State& s, double ahead_s, double now_s) const;
     Covariance covariance_at(const State& s, double ahead_s) const;
     bool at_rest(const State& s, double now_s) const; // correct_rest.cpp

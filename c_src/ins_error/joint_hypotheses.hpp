@@ -52,8 +52,8 @@ public:
     const double* opened() const { return opened_; } // by channel: variance to add to lambda
 
 private:
-    // Factors on Q and Ql; the first hypothesis is the stated process. Common noise comes last, with the stated process. A quieter
-    // process is none: with {0.1, 1} and a true Q of a ninth, NEES/n stays (0.68, 0.67 without), for a third more sweeps.
+    // Factors on Q and Ql; the first hypothesis is the stated process. Common noise comes last, with the stated process. No hypothesis is a
+    // quieter process: with {0.1, 1} and a true Q of a ninth, NEES/n stays (0.68, 0.67 without), for a third more sweeps.
     static constexpr int processes = 3, common = processes, hypotheses = processes + 1;
     static constexpr double motion_factors[hypotheses] = {1, 10, 1, 1}, colour_factors[hypotheses] = {1, 2, 20, 1};
 

@@ -375,7 +375,7 @@ void Model::judge(State& s, const double* before) const {
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.violations] < violations_to_fall);
 }
 
-// Information of a correction, from the variances before it; whether it reaches that of the limits.
+// Adds the information that a correction brought. before: the variances before it. True: all that the limits need has been gathered.
 bool Model::gather_information(State& s, const double* before) const {
     const Problem& p = *problem_;
     bool enough = true;

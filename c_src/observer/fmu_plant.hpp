@@ -35,7 +35,7 @@ public:
     bool memory_lasts() const override { return sizes.memory == 0 || memory_.serialises(); }
     double first_event_s() override { return first_event_s_; }
     bool go_to_start(Refusal& why) override;
-    // After evaluations elsewhere. False: the instance is lost.
+    // Returns to the held state after evaluations at other points. False: the instance is lost.
     bool back_at_start() { return running_ && recall(held_) == Answer::ok; }
     const Plan* plan() const { return &plan_; }
     int state_of_output(int output) const override;

@@ -135,7 +135,8 @@ void Model::merge_joint(const double* part, const double* other, double share, c
 
 // ------------------------------------------------------------------------------------------------ points
 
-// Column c of M beside column k = P d / sd of a root of P, which loses it: the joint in the workspace becomes that given the columns so far.
+// P = sum k k' is taken apart column by column, k = P d / sd. This writes column c of M, the root of the correlation with the earlier
+// state, and subtracts its product from the joint in the workspace.
 void Model::condition_joint(const double* k, int c, const double* d, double sd) const {
     if (!smooths()) return;
     const int N = problem_->N;

@@ -172,7 +172,8 @@ bool Model::come_to_guard(Run& run, const double* part, double t_s, int guard) c
     return true;
 }
 
-// The event at run.present.X, which has its P. Afterwards the plant is in the state after it, or before it if it has no derivative.
+// The event at the mean run.present.X with the covariance run.present.P. Afterwards the plant is in the state after the event, or before
+// it if the event has no derivative.
 bool Model::pass(Run& run, const double* part, double t_s, Cause cause, int guard, bool with_matrix) const {
     const Problem& p = *problem_;
     Passage& e = run.present;

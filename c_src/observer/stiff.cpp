@@ -35,7 +35,7 @@ void congruence(int n, const double* a, const double* b, double* work, double* o
         }
 }
 
-// Of D^-1 a D, D the scales of what the rows and columns are.
+// The largest sum of magnitudes in a row of D^-1 a D. D: the diagonal matrix of the scales.
 double largest_row(int n, const double* a, const double* scale) {
     double largest = 0;
     for (int i = 0; i < n; ++i) {

@@ -55,7 +55,7 @@ Way::Made Way::make(const earth::Place& start, const hnav_way_point* points, std
     return check(earth::position_of(start));
 }
 
-// A point is above or below the ground at the position that has its distance in the level of the start.
+// North and east are measured in the horizontal plane of the start, height along the vertical of the point.
 void Way::place(const earth::Place& start, const hnav_way_point* points) {
     const Vector3 start_e = earth::position_of(start);
     const Matrix3 level = earth::axes_at(start);

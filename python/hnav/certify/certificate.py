@@ -169,7 +169,7 @@ def largest_from(holds: Holds[Answer], low: float, high: float, growth: float, p
 
 # --------------------------------------------------------------------------------------------- the certificate
 
-# The search takes as long as about so many programs with remainders at so small a radius; more places in windows need more of them.
+# The whole search costs as much as so many programs with remainders at this radius, and more for each place in a window.
 TRIED_RADIUS, PROGRAMS, PROGRAMS_EACH_PLACE = 1e-2, 80.0, 17.0
 PROBES = {"decay rate": 8, "region": 7, "longest interval": 22}  # about: more when the region is small or the interval long
 

@@ -164,7 +164,7 @@ class Grade:
             density = self.values.get("accel.noise_ug_per_sqrt_hz", 0.0) * 1e-6 * G_M_S2
             found = {"gyro_noise_rad_per_sqrt_s": found["gyro_noise_rad_per_sqrt_s"], "accel_noise_m_s_per_sqrt_s": density}
         for option, names in START_AND_RANGE.get(filter, {}).items():
-            # An instability without the bias from one start to the next does not bound that.
+            # Without the spread of the bias from start to start, the instability alone is no bound on the bias.
             found[option] = math.hypot(*(self.values.get(name, 0.0) for name in names)) if names[0] in self.values else 0.0
         return {name: value for name, value in found.items() if value > 0}
 

@@ -229,7 +229,7 @@ def draw_health(axes: Axes, t_s: np.ndarray, health: np.ndarray) -> list[str]:
     sensors = list(dict.fromkeys(finding.sensor for finding in found))
     for level, sensor in enumerate(sensors):
         for state, begin, end in spells(t_s, health[:, HEALTH_SENSORS.index(sensor)]):
-            # A single sample is a line that can be seen.
+            # The edge makes a single sample visible.
             axes.broken_barh([(begin, end - begin)], (level - 0.35, 0.7), color=STATE_COLOURS[state], lw=0.6)
     for state in dict.fromkeys(finding.state for finding in found):
         axes.bar(np.nan, 0.0, color=STATE_COLOURS[state], label=state)
