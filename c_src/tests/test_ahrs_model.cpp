@@ -736,6 +736,30 @@ TEST(Ahrs, AForceThatSpeaksAgainstTheHorizonLevelsItAnew) {
     EXPECT_LT(std::acos(std::fmin(1, down.dot(true_down))), 0.1);
 }
 
+TEST(Ahrs, AHorizonFromForcesUnderFaultyRatesIsUncertainByTheTurnThatTheyMissed) {
+    hnav_ahrs_options set = settings();
+    set.lost_ratio = 12;
+    const AhrsModel model(set);
+    const auto tilt_variance = [&](double lost_turn2) {
+        State s = state_at_start(model);
+        const Turning motion;
+        follow(model, s, motion, 20);
+        Eigen::Map<Quaternion> q(s.x);
+        q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q));
+        for (double t_s = 20.005; s.times_lost == 0 && t_s < 30; t_s += 0.005) {
+            s.lasting.lost_turn2 = lost_turn2;
+            model.before_flow(s, motion.event(t_s));
+            model.flow_exactly(s, 0.005);
+            model.jump(s, motion.event(t_s));
+        }
+        EXPECT_EQ(s.times_lost, 1u);
+        EXPECT_EQ(s.lasting.lost_turn2, 0);
+        return s.P[AhrsErrors::packed(AhrsErrors::rotation, AhrsErrors::rotation)];
+    };
+    EXPECT_NEAR(tilt_variance(0.3) - tilt_variance(0), 0.1, 1e-3);
+    EXPECT_NEAR(tilt_variance(100), 1, 1e-3); // of any tilt
+}
+
 TEST(Ahrs, AClockThatWasSetMakesEveryAngleLessCertain) {
     const AhrsModel model(settings());
     State plain = state_at_start(model);

@@ -29,6 +29,7 @@ struct LastingMotion {
     R mean_force[3], mean_share; // exponentially weighted sum of the force over some seconds, and of the weights
     R rest_force; // length of the mean force at the last rest, m/s^2; 0: no rest since this began
     R force[3], force_s; // integrated in navigation axes while it contradicts the horizon, and the time
+    R lost_turn2; // variance of the rotation that faulty rates missed in that time, rad^2
 
     // Initialises for an unknown motion, whose velocity has this mean square.
     void begin(R power2) {
@@ -44,7 +45,7 @@ struct LastingMotion {
         forget_force();
     }
 
-    void forget_force() { force[0] = force[1] = force[2] = force_s = 0; }
+    void forget_force() { force[0] = force[1] = force[2] = force_s = lost_turn2 = 0; }
 
     // Force times time in navigation axes over T seconds. force2: variance of the horizontal force of one axis by errors of horizon and bias,
     // (m/s^2)^2; g: gravity.

@@ -40,6 +40,7 @@ void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
         const Vector3R n = R_bn.col(axis);
         for (int i = 0; i < 3; ++i)
             for (int j = i; j < 3; ++j) s.P[packed(rotation + i, rotation + j)] += variance * n[i] * n[j];
+        s.lasting.lost_turn2 += variance;
     }
     s.information = {};
 }
@@ -73,14 +74,17 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
 }
 
 // If the mean force of the last seconds has the length of gravity but not the direction of the vertical, turns the horizon onto it and
-// returns true.
+// returns true. Axes whose rotation was not measured turn during the sum: if it grows as a random walk, the sum is off by a third of its
+// variance.
 template <class R>
 bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
-    constexpr R found_rad = R(0.1), heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
+    constexpr R found_rad = R(0.1), any_tilt_rad = 1, lost_share = R(1.0 / 3);
+    constexpr R heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2), density_.vertical2) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
-    forget_rotation(s, c.P, found_rad * found_rad, c.heading_variance() + heading_rad * heading_rad);
+    const R tilt_variance = std::fmin(any_tilt_rad * any_tilt_rad, found_rad * found_rad + lost_share * s.lasting.lost_turn2);
+    forget_rotation(s, c.P, tilt_variance, c.heading_variance() + heading_rad * heading_rad);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
     begin_motion(s);
