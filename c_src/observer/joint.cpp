@@ -135,8 +135,8 @@ void Model::merge_joint(const double* part, const double* other, double share, c
 
 // ------------------------------------------------------------------------------------------------ points
 
-// P = sum k k' is taken apart column by column, k = P d / sd. This writes column c of M, the root of the correlation with the earlier
-// state, and subtracts its product from the joint in the workspace.
+// P is taken apart into columns k = P d / sd, P = sum k k', each of a unit variable. Column c of M is how the earlier state depends on that
+// variable; the joint in the workspace loses what it explains.
 void Model::condition_joint(const double* k, int c, const double* d, double sd) const {
     if (!smooths()) return;
     const int N = problem_->N;

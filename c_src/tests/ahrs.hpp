@@ -95,16 +95,19 @@ typename Model::State state_at_start(const Model& model) {
     return s;
 }
 
+// An event after an interval, by the closed form.
+template <class Model>
+void take(const Model& model, typename Model::State& s, const AttitudeEvent& e, double interval_s) {
+    model.before_flow(s, e);
+    if (model.flows(s) && interval_s > 0) model.flow_exactly(s, interval_s);
+    model.jump(s, e);
+}
+
 // Samples at 200 Hz for `duration_s`, by the closed form.
 template <class Model>
 void follow(const Model& model, typename Model::State& s, const Turning& motion, double duration_s, double from_s = 0) {
     const int n = static_cast<int>(std::lround(duration_s * 200));
-    for (int k = 0; k <= n; ++k) {
-        const AttitudeEvent e = motion.event(from_s + 0.005 * k);
-        model.before_flow(s, e);
-        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-        model.jump(s, e);
-    }
+    for (int k = 0; k <= n; ++k) take(model, s, motion.event(from_s + 0.005 * k), k > 0 ? 0.005 : 0);
 }
 
 inline double angle_between(const Quaternion& a, const Quaternion& b) {

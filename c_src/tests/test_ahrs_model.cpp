@@ -708,30 +708,30 @@ TEST(Ahrs, TheLengthOfAQuaternionIsRestoredWhenItIsFarFromOne) {
     }
 }
 
+// After 20 s, certain of a horizon that is 40 deg off.
+State with_wrong_horizon(const AhrsModel& model, const Turning& motion) {
+    State s = state_at_start(model);
+    follow(model, s, motion, 20);
+    EXPECT_TRUE(model.estimate(s).tilt_ready && model.estimate(s).heading_ready);
+    Eigen::Map<Quaternion> q(s.x);
+    q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q));
+    return s;
+}
+
 TEST(Ahrs, AForceThatSpeaksAgainstTheHorizonLevelsItAnew) {
     hnav_ahrs_options set = settings();
     set.lost_ratio = 12;
     const AhrsModel model(set);
-    State s = state_at_start(model);
     const Turning motion;
-    follow(model, s, motion, 20);
-    ASSERT_TRUE(model.estimate(s).tilt_ready && model.estimate(s).heading_ready);
-    Eigen::Map<Quaternion> q(s.x);
-    q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q)); // certain of a horizon that is 40 deg off
-    const auto go_on = [&](double from_s, double to_s) {
-        for (double t_s = from_s; t_s < to_s - 1e-9; t_s += 0.005) {
-            model.before_flow(s, motion.event(t_s));
-            model.flow_exactly(s, 0.005);
-            model.jump(s, motion.event(t_s));
-        }
-    };
+    State s = with_wrong_horizon(model, motion);
     double t_s = 20;
-    for (; s.times_lost == 0 && t_s < 30; t_s += 0.05) go_on(t_s + 0.005, t_s + 0.055);
+    for (; s.times_lost == 0 && t_s < 30; t_s += 0.05)
+        for (int k = 1; k <= 10; ++k) take(model, s, motion.event(t_s + 0.005 * k), 0.005);
     EXPECT_LT(t_s, 28);
     EXPECT_EQ(s.times_lost, 1u);
     EXPECT_EQ(s.lost, 0u);
     EXPECT_FALSE(model.estimate(s).tilt_ready || model.estimate(s).heading_ready);
-    const Vector3 down = rotation_matrix(Quaternion(q)).transpose() * Vector3(0, 0, 1);
+    const Vector3 down = rotation_matrix(Quaternion(s.x)).transpose() * Vector3(0, 0, 1);
     const Vector3 true_down = rotation_matrix(motion.q(t_s)).transpose() * Vector3(0, 0, 1);
     EXPECT_LT(std::acos(std::fmin(1, down.dot(true_down))), 0.1);
 }
@@ -741,16 +741,11 @@ TEST(Ahrs, AHorizonFromForcesUnderFaultyRatesIsUncertainByTheTurnThatTheyMissed)
     set.lost_ratio = 12;
     const AhrsModel model(set);
     const auto tilt_variance = [&](double lost_turn2) {
-        State s = state_at_start(model);
         const Turning motion;
-        follow(model, s, motion, 20);
-        Eigen::Map<Quaternion> q(s.x);
-        q = multiply<double>(rotation_quaternion<double>({0.6, -0.4, 0}), Quaternion(q));
+        State s = with_wrong_horizon(model, motion);
         for (double t_s = 20.005; s.times_lost == 0 && t_s < 30; t_s += 0.005) {
             s.lasting.lost_turn2 = lost_turn2;
-            model.before_flow(s, motion.event(t_s));
-            model.flow_exactly(s, 0.005);
-            model.jump(s, motion.event(t_s));
+            take(model, s, motion.event(t_s), 0.005);
         }
         EXPECT_EQ(s.times_lost, 1u);
         EXPECT_EQ(s.lasting.lost_turn2, 0);

@@ -10,6 +10,10 @@
 
 namespace hnav {
 
+// Of a tilt that is unknown, rad^2.
+template <class R>
+constexpr R any_tilt_variance = 1;
+
 // Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of the
 // rotation about it grows.
 template <class R>
@@ -48,9 +52,8 @@ void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
 // heading_sigma: added to the heading, rad.
 template <class R>
 void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
-    constexpr R any_tilt_rad = 1;
     const R heading_variance = std::fmin(any_angle_variance<R>, c.heading_variance() + heading_sigma * heading_sigma);
-    forget_rotation(s, c.P, any_tilt_rad * any_tilt_rad, heading_variance);
+    forget_rotation(s, c.P, any_tilt_variance<R>, heading_variance);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
@@ -78,12 +81,12 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
 // variance.
 template <class R>
 bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
-    constexpr R found_rad = R(0.1), any_tilt_rad = 1, lost_share = R(1.0 / 3);
+    constexpr R found_rad = R(0.1), lost_share = R(1.0 / 3);
     constexpr R heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2), density_.vertical2) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
-    const R tilt_variance = std::fmin(any_tilt_rad * any_tilt_rad, found_rad * found_rad + lost_share * s.lasting.lost_turn2);
+    const R tilt_variance = std::fmin(any_tilt_variance<R>, found_rad * found_rad + lost_share * s.lasting.lost_turn2);
     forget_rotation(s, c.P, tilt_variance, c.heading_variance() + heading_rad * heading_rad);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
