@@ -7,7 +7,7 @@
 #include <vector>
 
 using namespace hnav;
-using hnav::test::angle_between, hnav::test::follow, hnav::test::state_at_start, hnav::test::Turning;
+using hnav::test::angle_between, hnav::test::follow, hnav::test::state_at_start, hnav::test::take, hnav::test::Turning;
 using Event = AttitudeEvent;
 using Sample = AttitudeSample;
 using State = AhrsModel::State;
