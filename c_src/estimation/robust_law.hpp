@@ -116,16 +116,13 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     return theta;
 }
 
-// P becomes Sigma, with L = [0 D 0] over the k states from `first` on, D diagonal. interval_s: since the last correction; a
-// second one at the same instant (a heading aid beside force and field) is not inflated again.
+// P becomes Sigma. LP: the k rows L P; LPL: L P L'. interval_s: since the last correction; a second one at the same instant (a heading
+// aid beside force and field) is not inflated again.
 template <int n, int k, class R>
-void inflate_block(Square<n, R>& P, int first, const Eigen::Matrix<std::common_type_t<R>, k, 1>& D,
-                   std::common_type_t<R> interval_s, const RobustSettings<R>& settings, RobustReport<R>* report) {
+void inflate(Square<n, R>& P, const Eigen::Matrix<R, k, n>& LP, const Square<k, R>& LPL, std::common_type_t<R> interval_s,
+             const RobustSettings<R>& settings, RobustReport<R>* report) {
     *report = {};
     if (settings.mode == GammaMode::off || !(interval_s > 0)) return;
-
-    const Eigen::Matrix<R, k, n> LP = D.asDiagonal() * rows<k>(P, first);
-    const Square<k, R> LPL = columns<k>(LP, first) * D.asDiagonal();
     const R theta = inflation_theta<k, R>(eigenvalues<k, R>(LPL), interval_s, settings, report);
     if (!(theta > 0)) return;
 

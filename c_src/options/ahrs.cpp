@@ -202,7 +202,7 @@ const OptionRow rows[] = {
     text("The new field may be off by several degrees too."), nullptr, nullptr, defaults + 48,
     offsetof(hnav_ahrs_options, turn_sigma_rad), 0, 10, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"gamma_mode", text("robust"), text(""),
-    text("Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy"),
+    text("Robust law while the horizon is not found: off, fixed gamma, relative to the covariance, or by relative entropy"),
     text("It shortens the convergence from a large initial error, independent of the sample rate."),
     gamma_mode_names, gamma_mode_meanings, defaults + 49, offsetof(hnav_ahrs_options, gamma_mode), 0, 3, 1, 4, HNAV_OPTION_CHOICE,
     0, 0, 1},

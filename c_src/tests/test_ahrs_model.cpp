@@ -622,6 +622,22 @@ TEST(Ahrs, AtRestWithoutGravityNothingIsReady) {
     }
 }
 
+// The robust law widens what the force observes, and no more: not the tilt that a bias of the accelerometer cancels.
+TEST(Ahrs, AtRestTheTiltIsAsUncertainAsTheBiasOfTheAccelerometerMakesIt) {
+    hnav_ahrs_options set = settings();
+    set.start_sigma_accel_bias_m_s2 = 0.5;
+    set.gamma_mode = HNAV_GAMMA_RELATIVE;
+    set.gamma_relative_rate_1_s = 0.3;
+    const AhrsModel model(set);
+    Turning still;
+    still.rate_b.setZero();
+    State s = state_at_start(model);
+    follow(model, s, still, 60);
+    const double by_bias = AhrsModel::gravity_m_s2 / set.start_sigma_accel_bias_m_s2, by_start = 1 / set.start_sigma_tilt_rad;
+    const double expected = 1 / std::hypot(by_bias, by_start);
+    EXPECT_NEAR(std::sqrt(s.P[AhrsModel::packed(AhrsModel::rotation, AhrsModel::rotation)]), expected, 0.02 * expected);
+}
+
 // A slow turn and a step of the bias look the same to the gyroscope and to the force; the field distinguishes them.
 TEST(Ahrs, AtRestAStepOfTheBiasIsLearntAndASlowTurnIsNot) {
     const AhrsModel model(settings());

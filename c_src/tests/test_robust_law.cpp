@@ -20,7 +20,8 @@ RobustSettings<double> settings(GammaMode mode) {
 Square<7> inflate(const Square<7>& P, const Weight& L, double interval_s, const RobustSettings<double>& settings,
                   RobustReport<double>* report) {
     Square<7> Sigma = P;
-    inflate_block<7, 7, double>(Sigma, 0, L, interval_s, settings, report);
+    const Square<7> LP = L.asDiagonal() * P;
+    hnav::inflate<7, 7, double>(Sigma, LP, LP * L.asDiagonal(), interval_s, settings, report);
     return Sigma;
 }
 

@@ -355,8 +355,8 @@ class AhrsReference:
         self.steps.response = self.transition() @ self.steps.response
         self.E, self.error = self.propagated(), np.zeros(ERRORS)
         if self.force_s > 0 and self.lasting_density2 == 0 and not self.is_tilt_found():
-            # The error of the start may exceed its sigma.
-            self.E, _ = inflate(self.E, np.isin(np.arange(ERRORS), (15, 16)) * 1.0, self.window_s, self.o)
+            # The error of the start may exceed its sigma. What a bias of the accelerometer cancels is not seen by the corrections.
+            self.E, _ = inflate(self.E, self.angle_to_force(), self.window_s, self.o)
         self.travel()
         rests = not self.lost and not self.speed.moves() and self.is_at_rest()
         if self.lost:
@@ -453,12 +453,17 @@ class AhrsReference:
         self.velocity = self.lasting.before.copy()
         self.lasting.force, self.lasting.force_s = np.zeros(3), 0.0
 
+    def angle_to_force(self) -> Array:
+        """2 x ERRORS: the angle between the horizon and the mean force, about north and east, by the errors, rad."""
+        L = np.eye(ERRORS)[PHI][:2]
+        if self.window_s > 0:
+            L[:, FORCE_BIAS] = np.array([-self.G[1], self.G[0]]) / (G_M_S2 * self.window_s)
+        return L
+
     def explained_force2(self) -> float:
         """(m/s^2)^2, of the horizontal force of one axis by errors of the horizon and of the accelerometer's bias."""
-        H = np.zeros((2, ERRORS))
-        H[:, PHI] = G_M_S2 * np.array([[0, -1, 0], [1, 0, 0]])
-        H[:, FORCE_BIAS] = -self.G[:2] / self.window_s if self.window_s > 0 else 0.0
-        return max(0.0, float(np.trace(H @ self.E @ H.T)) / 2)
+        L = self.angle_to_force()
+        return max(0.0, G_M_S2**2 * float(np.trace(L @ self.E @ L.T)) / 2)
 
     def level_again(self) -> bool:
         """Turns the horizon to the mean force if that is gravity and the horizon differs from it."""

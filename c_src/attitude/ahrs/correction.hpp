@@ -51,21 +51,28 @@ void AhrsModelOf<R>::correct_by_force(State& s, Correction& c, double t_s, bool 
     if (!level_again(s, c) && (rests || !s.speed.is_fresh())) correct_velocity(s, c, t_s, rests);
 }
 
-// Variance of the horizontal force of one axis by errors of the horizon and of the accelerometer's bias, (m/s^2)^2. A horizon that was found
-// from a biased force agrees with it: the two errors cancel until the body turns.
+// The angle between the horizon and the mean force, about north and east, is that of the error of the tilt plus this matrix times that of
+// the accelerometer's bias, rad per m/s^2. A horizon that was found from a biased force agrees with it: the two cancel until the body turns.
+template <class R>
+Eigen::Matrix<R, 2, 3> AhrsModelOf<R>::tilt_of_force_bias(const State& s) {
+    const Eigen::Map<const Matrix3R> G(s.x + 4);
+    const R share = s.x[13] > 0 ? 1 / (R(gravity_m_s2) * s.x[13]) : 0;
+    Eigen::Matrix<R, 2, 3> J;
+    J << -share * G.row(1), share * G.row(0);
+    return J;
+}
+
+// Variance of the horizontal force of one axis by errors of the horizon and of the accelerometer's bias, (m/s^2)^2.
 template <class R>
 R AhrsModelOf<R>::explained_force2(const State& s, const Correction& c) {
-    const Eigen::Map<const Matrix3R> G(s.x + 4);
-    const R per_s = s.x[13] > 0 ? 1 / s.x[13] : 0;
+    const Eigen::Matrix<R, 2, 3> J = tilt_of_force_bias(s);
     const Matrix3R P_bias = block<3, 3>(c.P, force_bias, force_bias);
     R sum = 0;
     for (int i = 0; i < 2; ++i) {
-        const int about = rotation + 1 - i; // a force to the north by a tilt about east
-        const R lever = i == 0 ? R(gravity_m_s2) : R(-gravity_m_s2);
-        const Vector3R axis = G.row(i).transpose() * per_s, shared = block<3, 1>(c.P, force_bias, about);
-        sum += lever * (lever * c.P(about, about) + 2 * axis.dot(shared)) + axis.dot(P_bias * axis);
+        const Vector3R axis = J.row(i), shared = block<3, 1>(c.P, force_bias, rotation + i);
+        sum += c.P(rotation + i, rotation + i) + 2 * axis.dot(shared) + axis.dot(P_bias * axis);
     }
-    return std::max(R(0), sum / 2);
+    return std::max(R(0), R(gravity_m_s2) * R(gravity_m_s2) * sum / 2);
 }
 
 // Updates the motion monitors with the force since the last correction. A shock only makes the velocity uncertain.
@@ -124,14 +131,20 @@ void AhrsModelOf<R>::correct_by_aids(State& s, Correction& c, const Event& event
     ((event.has(heading + after_heading) ? correct_by<Aid<heading + after_heading>>(s, c, event) : void()), ...);
 }
 
-// gamma is finite until the horizon is ready, because the initial error may exceed its sigma; without a force nothing would stop the growth.
+// gamma is finite until the horizon is found, because the error of the start may exceed its sigma; without a force nothing would stop the
+// growth. What grows is the angle between the horizon and the force. A tilt that a bias of the accelerometer cancels is not seen by the
+// corrections: if it grew too, a hand whose accelerometer has a stated bias of .3 m/s^2 would have a sigma of 1e9 deg after two minutes.
 // The heading is not inflated: a heading that was wrong from the start is found by evidence (reference_field.hpp), which an inflated sigma
 // would hide.
 template <class R>
 void AhrsModelOf<R>::inflate_tilt(State& s, Covariance& P) const {
     RobustReport<R> report;
-    if (robust_.mode != GammaMode::off && s.force_s > 0 && !is_given_to_travel() && !is_tilt_found(s))
-        inflate_block<errors, 2>(P, rotation, Vector2R(1, 1), s.x[13], robust_, &report);
+    if (robust_.mode != GammaMode::off && s.force_s > 0 && !is_given_to_travel() && !is_tilt_found(s)) {
+        const Eigen::Matrix<R, 2, 3> J = tilt_of_force_bias(s);
+        const Eigen::Matrix<R, 2, errors> LP = rows<2>(P, rotation) + J * rows<3>(P, force_bias);
+        const Matrix2R LPL = columns<2>(LP, rotation) + columns<3>(LP, force_bias) * J.transpose();
+        inflate<errors, 2, R>(P, LP, LPL, s.x[13], robust_, &report);
+    }
     s.gamma = report.gamma;
     s.gamma_margin = report.margin;
     s.gamma_raised += report.raised;

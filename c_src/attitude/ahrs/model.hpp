@@ -276,6 +276,7 @@ private:
     void correct_by_force(State& s, Correction& c, double t_s, bool rests) const;
     void inflate_tilt(State& s, Covariance& P) const;
     void note_motion(State& s, Correction& c) const;
+    static Eigen::Matrix<R, 2, 3> tilt_of_force_bias(const State& s);
     static R explained_force2(const State& s, const Correction& c);
 
     // admit_steps.hpp

@@ -87,10 +87,13 @@ def accel_gate(o: Options) -> float:
 
 
 def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tuple[Numbers, float]:
-    """(Sigma, gamma) of the paper's Algorithm 2; L: the diagonal of the weight, 7 of the paper's filter."""
+    """(Sigma, gamma) of the paper's Algorithm 2; L: the weight, k x n, or its diagonal, 7 of the paper's filter."""
     if options.gamma_mode == "off" or not interval_s > 0:
         return P, np.inf
-    LPL = P * np.outer(L, L)
+    if L.ndim == 1:
+        L = np.diag(L)
+    LP = L @ P
+    LPL = LP @ L.T
     eigenvalues = np.linalg.eigvalsh(LPL)
     limit = LARGEST_SHARE / eigenvalues[-1]
     if options.gamma_mode == "fixed":
@@ -106,7 +109,6 @@ def inflate(P: Numbers, L: Numbers, interval_s: float, options: Options) -> tupl
 
         theta = brentq(excess, 0, limit, xtol=1e-18, rtol=1e-14) if excess(limit) > 0 else limit
     theta = min(theta, limit)
-    LP = L[:, None] * P
     return P + LP.T @ np.linalg.solve(np.eye(len(L)) / theta - LPL, LP), theta**-0.5
 
 

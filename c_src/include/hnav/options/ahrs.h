@@ -201,9 +201,9 @@ typedef struct hnav_ahrs_options {
     double turn_sigma_rad;
 
     /* ------------------------ robust
-     * The robust law, which works while the heading is not ready. */
+     * The robust law, which works until the horizon is found. */
 
-    /* Robust law while heading is not ready: off, fixed gamma, relative to the covariance, or by relative entropy.
+    /* Robust law while the horizon is not found: off, fixed gamma, relative to the covariance, or by relative entropy.
      * hnav_gamma_mode, default relative. It shortens the convergence from a large initial error, independent of the sample
      * rate. */
     int32_t gamma_mode;
