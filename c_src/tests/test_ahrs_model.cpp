@@ -638,6 +638,29 @@ TEST(Ahrs, AtRestTheTiltIsAsUncertainAsTheBiasOfTheAccelerometerMakesIt) {
     EXPECT_NEAR(std::sqrt(s.P[AhrsModel::packed(AhrsModel::rotation, AhrsModel::rotation)]), expected, 0.02 * expected);
 }
 
+// The length of the force shows the error along the vertical; the others may be as large.
+TEST(Ahrs, AForceAtRestThatIsLongerThanGravityMakesTheHorizonLessCertain) {
+    const AhrsModel model(settings());
+    const double g = AhrsModel::gravity_m_s2, tangent = std::sqrt(3.0); // of the dip
+    const auto variances = [&](double bias) {
+        Turning still;
+        still.rate_b.setZero();
+        State s = state_at_start(model);
+        for (int k = 0; k <= 2000; ++k) {
+            AttitudeEvent e = still.event(0.005 * k);
+            for (double& f : e.value[accel]) f *= 1 + bias / g;
+            take(model, s, e, k > 0 ? 0.005 : 0);
+        }
+        return model.rotation_variances(s);
+    };
+    const Vector3 added = variances(-0.3) - variances(0);
+    const double unstated2 = (square(0.3) - square(settings().start_sigma_accel_bias_m_s2) - square(0.02)) / (g * g);
+    EXPECT_NEAR(added[0], unstated2, 0.01 * unstated2);
+    EXPECT_NEAR(added[1], unstated2, 0.01 * unstated2);
+    EXPECT_NEAR(added[2], unstated2 * (1 + square(tangent)), 0.02 * added[2]);
+    EXPECT_NEAR((variances(0.03) - variances(0)).norm(), 0, 0.01 * unstated2);
+}
+
 // A slow turn and a step of the bias look the same to the gyroscope and to the force; the field distinguishes them.
 TEST(Ahrs, AtRestAStepOfTheBiasIsLearntAndASlowTurnIsNot) {
     const AhrsModel model(settings());

@@ -860,9 +860,9 @@ class AhrsReference:
         Phi = self.transition()[PHI]
         covariance: Array = Phi @ self.P @ Phi.T + self.rotation_noise() * EYE
         even = 0.5  # probability that an unknown body is a vehicle, and that a suspected step of the gyro bias has happened
-        tilt = self.tilt_excess.variance + even * self.steps.suspected_tilt2
+        tilt = self.tilt_excess.variance + self.unstated_tilt2() + even * self.steps.suspected_tilt2
         tilt += even * max(0.0, self.vehicle_tilt.square() - max(tilt_of(self.P)))
-        heading = self.steps.heading_variance_by_iron(HEADING) + self.all_reference_variance()
+        heading = self.steps.heading_variance_by_iron(HEADING) + self.all_reference_variance() + self.unstated_heading2()
         heading += even * (self.steps.suspected_heading2 + self.tilted_field_variance())
         covariance += np.diag([tilt, tilt, heading])
         by_hold = self.hold_error()
@@ -881,19 +881,31 @@ class AhrsReference:
             variance += (false_part / (self.strength * self.M[0])) ** 2
         return min(ANY_HEADING, variance)
 
-    def tilted_field_variance(self) -> float:
-        """rad^2, of the heading by a field whose horizontal part is found with the horizon of a vehicle."""
-        if not self.vehicle_tilt.P[0, 0] > 0 or self.aided or not self.has_reference:
+    def by_horizon(self, tilt2: float) -> float:
+        """rad^2, of the heading by a field whose horizontal part is found with a horizon of this variance."""
+        if self.aided or not self.has_reference:
             return 0.0
-        return float(min(ANY_HEADING, self.vehicle_tilt.square() * (self.M[1] / self.M[0]) ** 2))
+        return float(min(ANY_HEADING, tilt2 * (self.M[1] / self.M[0]) ** 2))
+
+    def tilted_field_variance(self) -> float:
+        """The same with the horizon of a vehicle."""
+        return self.by_horizon(self.vehicle_tilt.square()) if self.vehicle_tilt.P[0, 0] > 0 else 0.0
+
+    def unstated_tilt2(self) -> float:
+        """rad^2, by an accelerometer that is worse than stated."""
+        return min(ANY_HEADING, self.lasting.unstated_tilt2(self.o.start_sigma_accel_bias_m_s2**2))
+
+    def unstated_heading2(self) -> float:
+        """rad^2, of the heading by it."""
+        return self.unstated_tilt2() + self.by_horizon(self.unstated_tilt2())
 
     def tilt_ready(self) -> bool:
         """A small sigma, also with the velocities of a vehicle, with as much information from samples, and no lasting acceleration."""
-        added = self.tilt_excess.variance + max(self.hold_error()[:2] ** 2)
+        added = self.tilt_excess.variance + self.unstated_tilt2() + max(self.hold_error()[:2] ** 2)
         limit = self.o.ready_tilt_rad
         small = self.is_tilt_within(added, limit) and max(self.vehicle_tilt.square(), self.steps.suspected_tilt2) < limit**2
         steady = self.speed.is_fresh() or not self.lasting.may_accelerate()
-        return bool(small) and steady and not self.lasting.lacks_gravity()
+        return bool(small) and steady
 
     def is_tilt_found(self) -> bool:
         """Its covariance is no longer inflated."""
@@ -907,7 +919,8 @@ class AhrsReference:
     def heading_ready(self) -> bool:
         """The same, of a field that nothing has contradicted for long enough."""
         limit2, variance = self.o.ready_heading_rad**2, self.P[HEADING, HEADING] + self.all_reference_variance()
-        variance += self.steps.heading_variance_by_iron(HEADING) + self.tilted_field_variance() + self.hold_error()[2] ** 2
+        variance += self.steps.heading_variance_by_iron(HEADING) + self.unstated_heading2() + self.tilted_field_variance()
+        variance += self.hold_error()[2] ** 2
         earned = variance < limit2 and self.information[1] > 1 / limit2
-        known = self.confirmed and not has_passed(self.azimuth_rejected_s, 2) and not self.lasting.lacks_gravity()
+        known = self.confirmed and not has_passed(self.azimuth_rejected_s, 2)
         return bool(known and earned and self.steps.suspected_heading2 < limit2)

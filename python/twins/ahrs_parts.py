@@ -271,9 +271,10 @@ class LastingMotion:
         released2, self.counted2 = max(0.0, self.counted2 - counted2), counted2
         return released2
 
-    def lacks_gravity(self) -> bool:
-        """The force at the last rest was not gravity."""
-        return self.rest_force > 0 and abs(self.rest_force - G_M_S2) > 1.5
+    def unstated_tilt2(self, stated2: float) -> float:
+        """rad^2, of the horizon by an accelerometer whose force at the last rest was not as long as gravity; stated2: of its bias, (m/s^2)^2."""
+        off = self.rest_force - G_M_S2 if self.rest_force > 0 else 0.0
+        return max(0.0, off**2 - stated2 - 0.02**2) / G_M_S2**2
 
     def may_accelerate(self) -> bool:
         """The length of the mean force differs from that at rest, or from gravity before any rest."""

@@ -165,10 +165,10 @@ private:
 
     bool tilt_ready(const State& s) const {
         const R limit_rad = R(options_.ready_tilt_rad);
-        const R added = s.tilt_excess.variance + hold_error(s).template head<2>().cwiseAbs2().maxCoeff();
+        const R added = s.tilt_excess.variance + unstated_tilt2(s) + hold_error(s).template head<2>().cwiseAbs2().maxCoeff();
         return is_tilt_within(s, added, limit_rad) && s.vehicle_tilt.square() < limit_rad * limit_rad &&
                s.steps.suspected_tilt2 < limit_rad * limit_rad &&
-               (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2))) && !s.lasting.lacks_gravity(R(gravity_m_s2));
+               (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2)));
     }
     static R larger_tilt_variance(const State& s) {
         return std::fmax(s.P[packed(rotation, rotation)], s.P[packed(rotation + 1, rotation + 1)]);
@@ -193,19 +193,27 @@ private:
     // from several directions or for longer, without contradiction for longer than most disturbances last.
     bool heading_ready(const State& s) const {
         if (s.heading_confirmed == 0 || has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s)) return false;
-        if (s.lasting.lacks_gravity(R(gravity_m_s2))) return false;
         const R limit_rad = R(options_.ready_heading_rad);
         if (!(s.steps.suspected_heading2 < limit_rad * limit_rad)) return false;
-        const R added =
-            s.steps.heading_variance_by_iron() + reference_variance(s) + tilted_field_variance(s) + square(hold_error(s)[2]);
+        const R added = s.steps.heading_variance_by_iron() + reference_variance(s) + unstated_heading2(s) +
+                        tilted_field_variance(s) + square(hold_error(s)[2]);
         return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, limit_rad);
     }
-    // Variance of a heading from a field whose horizontal part is found with the horizon of a vehicle (vehicle_tilt.hpp).
-    static R tilted_field_variance(const State& s) {
-        if (!s.vehicle_tilt.is_possible() || s.used[heading] > 0 || !s.has_reference) return 0;
+    // Variance of a heading from a field, whose horizontal part is found with a horizon of this variance.
+    static R by_horizon(const State& s, R tilt2) {
+        if (s.used[heading] > 0 || !s.has_reference) return 0;
         const R tangent = s.reference[1] / s.reference[0];
-        return std::fmin(any_angle_variance<R>, s.vehicle_tilt.square() * tangent * tangent);
+        return std::fmin(any_angle_variance<R>, tilt2 * tangent * tangent);
     }
+    // With the horizon of a vehicle (vehicle_tilt.hpp).
+    static R tilted_field_variance(const State& s) {
+        return s.vehicle_tilt.is_possible() ? by_horizon(s, s.vehicle_tilt.square()) : 0;
+    }
+    // Of tilt and heading by an accelerometer that is worse than stated (lasting_motion.hpp).
+    R unstated_tilt2(const State& s) const {
+        return std::fmin(any_angle_variance<R>, s.lasting.unstated_tilt2(R(gravity_m_s2), sigma_.force_bias * sigma_.force_bias));
+    }
+    R unstated_heading2(const State& s) const { return unstated_tilt2(s) + by_horizon(s, unstated_tilt2(s)); }
 
     // Variance of the heading in addition to P: the reference may be false.
     R reference_variance(const State& s) const {

@@ -27,7 +27,8 @@ SCORED_S = 10.0
 """From so long after the beginning on."""
 FIELD_T, DIP_RAD, FIELD_NOISE_T = 48e-6, 1.15, 3e-7
 SPEED_HZ, SPEED_SIGMA_M_S = 1, 0.3
-GRADES = ("industrial",)
+GRADES = ("consumer", "industrial")
+"""Presets of the INS that the sensors are drawn from."""
 GAINS_M_S2 = 2.0
 """What a body that starts from rest accelerates by, at the most and about."""
 ENU = Rotation.from_matrix([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
@@ -141,7 +142,7 @@ def motion(kind: str, seed: int) -> Recording:
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) / RATE_HZ, axis=0)])
     turned = Rotation.from_matrix(axes) * attitude
     truth = Truth(t, earth.position_of(place) + way @ axes.T, velocity @ axes.T, turned)
-    rate, force = real(rng, *ideal(truth), Options("ins", GRADES[int(rng.integers(len(GRADES)))]))
+    rate, force = real(rng, *ideal(truth), Options("ins", grade_of(kind, seed)))
     field_n = FIELD_T * np.array([np.cos(DIP_RAD), 0, np.sin(DIP_RAD)])
     field = attitude.inv().apply(field_n) + rng.normal(0, FIELD_NOISE_T, (len(t), 3))
     reference = (ENU * attitude).as_quat(scalar_first=True)
@@ -151,6 +152,11 @@ def motion(kind: str, seed: int) -> Recording:
             np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
         )
     return Recording(f"{kind} {seed}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
+
+
+def grade_of(kind: str, seed: int) -> str:
+    """The grade of a recording's sensors, drawn apart from its motion."""
+    return GRADES[int(np.random.default_rng([seed, sum(map(ord, kind)), 1]).integers(len(GRADES)))]
 
 
 def _measured_speed(rng: np.random.Generator, t: Array, ahead_m_s: Array) -> AidSamples:
@@ -190,7 +196,8 @@ def sensor_of(recording: Recording) -> dict[str, float]:
     """The datasheet of its sensors as options; none for recordings that are not simulated here."""
     if kind_of(recording) not in KINDS:
         return {}
-    grade = Options("ins", GRADES[0])
+    kind, _, seed = recording.name.partition(" ")
+    grade = Options("ins", grade_of(kind, int(seed)))
     return {option: getattr(grade, entry) for option, entry in SENSOR.items()}
 
 
