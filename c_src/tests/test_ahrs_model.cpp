@@ -654,7 +654,7 @@ TEST(Ahrs, AForceAtRestThatIsLongerThanGravityMakesTheHorizonLessCertain) {
         return model.rotation_variances(s);
     };
     const Vector3 added = variances(-0.3) - variances(0);
-    const double unstated2 = (square(0.3) - square(settings().start_sigma_accel_bias_m_s2) - square(0.02)) / (g * g);
+    const double unstated2 = (square(0.3) - 4 * (square(settings().start_sigma_accel_bias_m_s2) + square(0.02))) / (g * g);
     EXPECT_NEAR(added[0], unstated2, 0.01 * unstated2);
     EXPECT_NEAR(added[1], unstated2, 0.01 * unstated2);
     EXPECT_NEAR(added[2], unstated2 * (1 + square(tangent)), 0.02 * added[2]);

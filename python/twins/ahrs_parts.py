@@ -243,6 +243,7 @@ class LastingMotion:
         self.power = np.array([power2, 0, 0])
         self.now, self.velocity, self.lasting = np.zeros(3), np.zeros((3, 2)), np.zeros((3, 2))
         self.before, self.down, self.down2 = np.zeros(2), 0.0, power2
+        self.down_mean, self.down_noted_s = 0.0, 0.0
         self.mean_force, self.mean_share, self.rest_force = np.zeros(3), 0.0, 0.0
         self.force, self.force_s = np.zeros(3), 0.0
         self.counted2 = 0.0
@@ -256,6 +257,8 @@ class LastingMotion:
             self.power[j] += T / (max(5.0, W) + T) * (self.now[j] - self.power[j])
         self.down += gathered[2] + G_M_S2 * T - T / (2 + T) * self.down
         self.down2 += T / (30 + T) * (self.down**2 - self.down2)
+        self.down_noted_s = min(30.0, self.down_noted_s + T)
+        self.down_mean += T / self.down_noted_s * (self.down - self.down_mean)
         share = T / (5 + T)
         self.mean_share += share * (1 - self.mean_share)
         self.mean_force = self.mean_force + share * (gathered / T - self.mean_force)
@@ -271,10 +274,15 @@ class LastingMotion:
         released2, self.counted2 = max(0.0, self.counted2 - counted2), counted2
         return released2
 
+    def vertical_error2(self) -> float:
+        """(m/s^2)^2, of the accelerometer: by the length of the force at the last rest, and by the mean of the vertical velocity."""
+        by_rest, mean2 = self.rest_force - G_M_S2 if self.rest_force > 0 else 0.0, self.down_mean**2
+        left2 = max(0.0, self.down2 - mean2) * 4 / self.down_noted_s if self.down_noted_s > 0 else mean2
+        return max(by_rest**2, (mean2 - 4 * left2) / 4)
+
     def unstated_tilt2(self, stated2: float) -> float:
-        """rad^2, of the horizon by an accelerometer whose force at the last rest was not as long as gravity; stated2: of its bias, (m/s^2)^2."""
-        off = self.rest_force - G_M_S2 if self.rest_force > 0 else 0.0
-        return max(0.0, off**2 - stated2 - 0.02**2) / G_M_S2**2
+        """rad^2, of the horizon by an accelerometer that is worse than stated; stated2: variance of its bias, (m/s^2)^2."""
+        return max(0.0, self.vertical_error2() - 4 * (stated2 + 0.02**2)) / G_M_S2**2
 
     def may_accelerate(self) -> bool:
         """The length of the mean force differs from that at rest, or from gravity before any rest."""

@@ -16,7 +16,7 @@ from studies.faults.experiment import recoveries
 
 AT_S, STEP_RAD_S = 40.0, np.radians(0.7)
 SEEDS = range(4)
-recorded = functools.cache(motion)
+recorded = functools.cache(functools.partial(motion, grade="industrial"))
 
 
 def after_step(kind: str, seed: int, given: bool, size_rad_s: float = STEP_RAD_S):

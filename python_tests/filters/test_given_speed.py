@@ -132,7 +132,7 @@ def test_a_run_with_speeds_is_push_and_advance_row_by_row():
 
 
 def test_the_smoother_uses_the_speeds_in_both_directions():
-    recording = motion("aircraft", 5)
+    recording = motion("aircraft", 5, "industrial")
     given = recording.aids["speed"]
     speed = np.full(len(recording.t_s), np.nan)
     speed[::HZ] = given.values[:, 0]

@@ -14,7 +14,7 @@ def test_an_uncertain_bias_of_the_accelerometer_hides_no_velocity_that_lasts(kin
     ready for 9 and 32 % of the time."""
     errors_deg, ready = [], []
     for seed in range(6):
-        r = motion(kind, seed)
+        r = motion(kind, seed, "industrial")
         ahrs = Filter("ahrs", solver="closed_form", navigation_frame="enu", sensor="consumer")
         run = ahrs.run(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla)
         errors_deg.append(np.degrees(errors_rad(run.q_nb, r.reference_q_nb)[2]))

@@ -30,7 +30,7 @@ class WithoutErrors:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
     monkeypatch.setattr(motions, "Options", lambda filter, grade: WithoutErrors())
-    made = motion(kind, seed)
+    made = motion(kind, seed, "industrial")
     T = 1 / RATE_HZ
     # Of rates that are means over their intervals, with the coning of successive turns (two-sample algorithm), less the Earth's.
     angle = made.rate_b_rad_s[1:] * T
@@ -62,7 +62,7 @@ def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain
     ready for less of the time: in a hand such a motion looks like a step of the gyro bias."""
     words = ("", ":body=own", ":body=hand")
     without, own, hand = run_trial(
-        "MOTION", motion(kind, seed), RATE_HZ, [own_contender(f"ahrs:solver=closed_form{w}") for w in words]
+        "MOTION", motion(kind, seed, "industrial"), RATE_HZ, [own_contender(f"ahrs:solver=closed_form{w}") for w in words]
     )
     assert own.total_deg < gain * without.total_deg
     assert own.tilt_z2 < hand.tilt_z2 or own.tilt_ready > hand.tilt_ready
@@ -72,18 +72,21 @@ def test_the_word_for_its_body_makes_an_estimate_better_or_true(kind, seed, gain
 @pytest.mark.parametrize("kind", ["tumble", "quadrotor"])
 def test_with_the_datasheet_of_its_sensors_the_stated_sigma_is_nearer_to_the_error(kind):
     own, sensor = run_trial(
-        "MOTION", motion(kind, 0), RATE_HZ, [own_contender(f"ahrs:solver=closed_form:body=own{w}") for w in ("", ":sensor=own")]
+        "MOTION",
+        motion(kind, 0, "industrial"),
+        RATE_HZ,
+        [own_contender(f"ahrs:solver=closed_form:body=own{w}") for w in ("", ":sensor=own")],
     )
     assert 2 * own.tilt_z2 < sensor.tilt_z2 < 2
 
 
 def test_the_datasheet_of_a_recording_that_is_not_simulated_is_not_known(broad_trial):
-    assert not sensor_of(broad_trial) and sensor_of(motion("head", 0))["gyro_noise_rad_per_sqrt_s"] == 5e-5
+    assert not sensor_of(broad_trial) and sensor_of(motion("head", 0, "industrial"))["gyro_noise_rad_per_sqrt_s"] == 5e-5
 
 
 @pytest.mark.parametrize("kind, seed", [("car", 21), ("boat", 1), ("arm", 1)])
 def test_an_unknown_body_is_ready_no_sooner_than_a_hand_and_estimates_are_the_same(kind, seed):
-    recording = motion(kind, seed)
+    recording = motion(kind, seed, "industrial")
     unknown, hand = (own_contender(f"ahrs:solver=closed_form{w}").estimate(recording, RATE_HZ) for w in ("", ":body=hand"))
     np.testing.assert_array_equal(unknown.q_nb, hand.q_nb)
     started = np.isfinite(hand.sigma_rad[:, 0])
@@ -100,14 +103,17 @@ def test_an_unknown_body_is_ready_no_sooner_than_a_hand_and_estimates_are_the_sa
 @pytest.mark.parametrize("kind, seed", [("car", 29), ("aircraft", 2), ("aircraft", 18)])
 def test_an_unknown_vehicle_is_not_ready_while_it_is_wrong(kind, seed):
     """A start in motion, after which the tilt is wrong for minutes, and a rest that is followed by a straight take-off."""
-    (row,) = run_trial("MOTION", motion(kind, seed), RATE_HZ, [own_contender("ahrs:solver=closed_form")])
+    (row,) = run_trial("MOTION", motion(kind, seed, "industrial"), RATE_HZ, [own_contender("ahrs:solver=closed_form")])
     assert row.inclination_deg > 1 and row.tilt_ready > 0 and row.tilt_wrong == row.heading_wrong == 0
 
 
 @pytest.mark.parametrize("kind", ["ship", "aircraft"])
 def test_the_stated_tilt_of_an_unknown_vehicle_is_right(kind):
     """As that of a hand it would be off by 3 and 11 times the stated square."""
-    rows = [run_trial("MOTION", motion(kind, seed), RATE_HZ, [own_contender("ahrs:solver=closed_form")])[0] for seed in range(6)]
+    rows = [
+        run_trial("MOTION", motion(kind, seed, "industrial"), RATE_HZ, [own_contender("ahrs:solver=closed_form")])[0]
+        for seed in range(6)
+    ]
     assert 0.3 < np.mean([row.tilt_z2 for row in rows]) < 2
 
 
@@ -121,7 +127,7 @@ def test_a_folder_or_seeds_that_are_missing_are_named(monkeypatch, arguments, na
 
 
 def test_shares_of_a_filter_that_is_wrong_half_of_the_time():
-    made = motion("head", 0)
+    made = motion("head", 0, "industrial")
     off = made.t_s > (made.t_s[-1] + motions.SCORED_S) / 2
     tilt = Rotation.from_rotvec(np.radians(np.outer(np.where(off, 4.0, 0.0), [1.0, 0, 0]))).as_quat(scalar_first=True)
     sigma, ready = np.full((len(off), 3), np.radians(2.0)), np.ones((len(off), 2), bool)

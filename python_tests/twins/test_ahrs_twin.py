@@ -149,7 +149,7 @@ def test_the_library_is_the_numpy_twin_with_a_heading_aid_before_the_first_field
     ("car", 0, {}), ("car", 1, {"body": "car"}), ("aircraft", 3, {"max_speed_age_s": 1.5}), ("boat", 1, {"speed_slip_rad": 0.1}),
 ])  # fmt: skip
 def test_the_library_is_the_numpy_twin_with_speeds_of_which_some_are_missing_or_wrong(kind, seed, options):
-    recording = motion(kind, seed).cropped(18.0)
+    recording = motion(kind, seed, "industrial").cropped(18.0)
     given = recording.aids["speed"]
 
     def rows():
@@ -160,7 +160,7 @@ def test_the_library_is_the_numpy_twin_with_speeds_of_which_some_are_missing_or_
             yield *row, (given.values[second, 0] + wrong_m_s, given.sigma[second, 0]) if is_there else None
 
     twin, _ = assert_equal(rows(), **options)
-    assert twin.tilt_ready() or seed == 3
+    assert twin.tilt_ready() or kind == "aircraft"
 
 
 @pytest.mark.parametrize("sensor", ["accel", "mag"])
@@ -219,7 +219,7 @@ def test_the_library_is_the_numpy_twin_on_a_body_that_is_given(kind, body, seed,
     """Stops and smooth bends, in which the field decides whether the body rests."""
     noted, note = [], StillField.note
     monkeypatch.setattr(StillField, "note", lambda self, *given: noted.append(note(self, *given)) or noted[-1])
-    assert_equal(islice(rows_of(motion(kind, seed)), rows), body=body)
+    assert_equal(islice(rows_of(motion(kind, seed, "industrial")), rows), body=body)
     assert len(noted) > 100
 
 
@@ -237,13 +237,13 @@ def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps_at_rest():
 @pytest.mark.parametrize(("kind", "seed", "rows"), [("car", 9, 1500), ("aircraft", 22, 1500), ("arm", 1, 3000)])
 def test_the_library_is_the_numpy_twin_on_an_unknown_body_that_starts_in_motion(kind, seed, rows):
     """Readiness of the tilt waits until the velocities of a vehicle allow it, for a rest, or for a turn that no vehicle makes."""
-    assert_equal(islice(rows_of(motion(kind, seed)), rows))
+    assert_equal(islice(rows_of(motion(kind, seed, "industrial")), rows))
 
 
 @pytest.mark.parametrize(("kind", "body"), [("arm", "any"), ("quadrotor", "quadrotor")])
 def test_the_library_is_the_numpy_twin_when_the_gyro_bias_steps(kind, body):
     """It steps by 1 deg/s after 20 s; both find it within 30 s, to a fifth of it."""
-    recording, step = motion(kind, 0), np.radians([0.6, -0.6, 0.5])
+    recording, step = motion(kind, 0, "industrial"), np.radians([0.6, -0.6, 0.5])
     rates = recording.rate_b_rad_s + np.where(recording.t_s[:, None] - recording.t_s[0] >= 20, step, 0)
     twin, _ = assert_equal(islice(rows_of(replace(recording, rate_b_rad_s=rates)), 5000), body=body)
     before = Filter(Options("ahrs", **PLAIN, body=body))

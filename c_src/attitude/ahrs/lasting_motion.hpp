@@ -19,13 +19,16 @@ template <class R>
 struct LastingMotion {
     static constexpr int scales = 3;
     static constexpr R scale_s[scales] = {2, 5, R(12.5)};
+    static constexpr R down_s = 2, down_memory_s = 30; // of the vertical velocity, and of its means
+    static constexpr R by_chance2 = 4; // squares beyond two sigmas show that an accelerometer is worse than stated
 
     R before[2]; // velocity after the last correction
     R velocity[scales][2]; // horizontal, integrated from the force, each decaying over its scale
     R lasting[scales][2]; // its running mean, which excludes motion that returns within the scale
     R power[scales], now[scales]; // mean square of one axis in excess of the tilt error: running mean and present value, (m/s)^2
     R counted2; // largest value that the last correction used as noise of zero velocity
-    R down, down2; // vertical velocity, decaying over two seconds, and its running mean square
+    R down, down2; // vertical velocity, decaying over down_s, and its running mean square
+    R down_mean, down_noted_s; // its mean over at most down_memory_s, and the time that this covers
     R mean_force[3], mean_share; // exponentially weighted sum of the force over some seconds, and of the weights
     R rest_force; // length of the mean force at the last rest, m/s^2; 0: no rest since this began
     R force[3], force_s; // integrated in navigation axes while it contradicts the horizon, and the time
@@ -51,7 +54,7 @@ struct LastingMotion {
     // (m/s^2)^2; g: gravity.
     void note(const Vector3Of<R>& gathered, R force2, R g, R T) {
         // sigmas2 is chosen on the simulated motions: with 9 walkers have 1.17 deg instead of 1.06, with 6.5 hands on CROP 2.92 instead of 2.89.
-        constexpr R sigmas2 = R(7.5), min_memory_s = 5, down_s = 2, down_memory_s = 30, mean_of_scale = R(0.5), mean_force_s = 5;
+        constexpr R sigmas2 = R(7.5), min_memory_s = 5, mean_of_scale = R(0.5), mean_force_s = 5;
         for (int j = 0; j < scales; ++j) {
             const R W = scale_s[j];
             R* v = velocity[j];
@@ -65,6 +68,8 @@ struct LastingMotion {
         }
         down += gathered[2] + g * T - T / (down_s + T) * down;
         down2 += T / (down_memory_s + T) * (down * down - down2);
+        down_noted_s = std::min(down_memory_s, down_noted_s + T);
+        down_mean += T / down_noted_s * (down - down_mean);
         const R share = T / (mean_force_s + T);
         mean_share += share * (1 - mean_share);
         for (int i = 0; i < 3; ++i) {
@@ -101,14 +106,21 @@ struct LastingMotion {
         return std::fabs(Vector3Of<R>(mean_force).norm() / mean_share - expected) > longer_m_s2;
     }
 
-    // Variance of the horizon by an accelerometer that is worse than stated, rad^2. At rest the length of its force differs from gravity by its
-    // error along the vertical; those along the other axes are taken for as large. So is a force without gravity or of another unit. Recorded
-    // hands whose accelerometer has an unstated bias of 0.2 m/s^2 have a z2 of the tilt of 1.0, without it 4.8. stated2: variance of the
-    // stated bias, (m/s^2)^2; g: gravity.
+    // Square of the error of the accelerometer along the vertical, (m/s^2)^2: by the length of the force at the last rest, and by the mean of
+    // the vertical velocity, into which an error b enters as down_s b. Velocities of the body return to 0; what is left of them in the mean
+    // is taken off.
+    R vertical_error2(R g) const {
+        const R by_rest = rest_force > 0 ? rest_force - g : 0, mean2 = down_mean * down_mean;
+        const R left2 = down_noted_s > 0 ? std::max(R(0), down2 - mean2) * 2 * down_s / down_noted_s : mean2;
+        return std::max(by_rest * by_rest, (mean2 - by_chance2 * left2) / (down_s * down_s));
+    }
+
+    // Variance of the horizon by an accelerometer that is worse than stated, rad^2. Its error along the vertical shows; those along the other
+    // axes are taken for as large. So is a force without gravity or of another unit. Recorded hands whose accelerometer has an unstated bias
+    // of 0.2 m/s^2 have a z2 of the tilt of 1.2, without it 4.8. stated2: variance of the stated bias, (m/s^2)^2; g: gravity.
     R unstated_tilt2(R g, R stated2) const {
         constexpr R local_m_s2 = R(0.02); // of gravity between the equator and the poles
-        const R off = rest_force > 0 ? rest_force - g : 0;
-        return std::max(R(0), off * off - stated2 - local_m_s2 * local_m_s2) / (g * g);
+        return std::max(R(0), vertical_error2(g) - by_chance2 * (stated2 + local_m_s2 * local_m_s2)) / (g * g);
     }
 
     // Spectral density of the velocity at frequency zero, (m/s)^2/Hz, 2 sigma^2 tau, largest over the scales.

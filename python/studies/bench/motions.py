@@ -128,8 +128,13 @@ ALONG_X = ("boat", "car", "ship", "aircraft")
 """Kinds that move where body x points: their recordings have its speed."""
 
 
-def motion(kind: str, seed: int) -> Recording:
-    """A recording of two minutes with its true attitude. Even seeds begin at rest, odd ones in the midst of the motion."""
+def motion(kind: str, seed: int, grade: str | None = None) -> Recording:
+    """A recording of two minutes with its true attitude. Even seeds begin at rest, odd ones in the midst of the motion.
+
+    grade: of the sensors, one of GRADES; None: drawn. The motion is the same with any.
+    """
+    if grade is None:
+        grade = GRADES[int(np.random.default_rng([seed, sum(map(ord, kind)), 1]).integers(len(GRADES)))]
     rng = np.random.default_rng([seed, sum(map(ord, kind))])
     t = np.arange(int((LENGTH_S + WARM_S) * RATE_HZ) + 1) / RATE_HZ
     velocity, attitude = KINDS[kind](rng, t)
@@ -142,7 +147,7 @@ def motion(kind: str, seed: int) -> Recording:
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) / RATE_HZ, axis=0)])
     turned = Rotation.from_matrix(axes) * attitude
     truth = Truth(t, earth.position_of(place) + way @ axes.T, velocity @ axes.T, turned)
-    rate, force = real(rng, *ideal(truth), Options("ins", grade_of(kind, seed)))
+    rate, force = real(rng, *ideal(truth), Options("ins", grade))
     field_n = FIELD_T * np.array([np.cos(DIP_RAD), 0, np.sin(DIP_RAD)])
     field = attitude.inv().apply(field_n) + rng.normal(0, FIELD_NOISE_T, (len(t), 3))
     reference = (ENU * attitude).as_quat(scalar_first=True)
@@ -151,12 +156,7 @@ def motion(kind: str, seed: int) -> Recording:
         aids["speed"] = _measured_speed(
             np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
         )
-    return Recording(f"{kind} {seed}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
-
-
-def grade_of(kind: str, seed: int) -> str:
-    """The grade of a recording's sensors, drawn apart from its motion."""
-    return GRADES[int(np.random.default_rng([seed, sum(map(ord, kind)), 1]).integers(len(GRADES)))]
+    return Recording(f"{kind} {seed} {grade}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
 
 
 def _measured_speed(rng: np.random.Generator, t: Array, ahead_m_s: Array) -> AidSamples:
@@ -196,8 +196,7 @@ def sensor_of(recording: Recording) -> dict[str, float]:
     """The datasheet of its sensors as options; none for recordings that are not simulated here."""
     if kind_of(recording) not in KINDS:
         return {}
-    kind, _, seed = recording.name.partition(" ")
-    grade = Options("ins", grade_of(kind, int(seed)))
+    grade = Options("ins", recording.name.rpartition(" ")[2])
     return {option: getattr(grade, entry) for option, entry in SENSOR.items()}
 
 
