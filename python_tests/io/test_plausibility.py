@@ -93,6 +93,17 @@ def test_gravity_stays_where_it_is_when_the_rates_are_undone():
     assert stay_of(*(((r.t_s[:100], v[:100])) for v in (r.rate_b_rad_s, r.force_b_m_s2)), 1.0) is None
 
 
+@pytest.mark.parametrize("error_m_s2, noted", [(0.05, False), (-0.3, True), (0.3, True)])
+def test_a_force_at_rest_that_is_not_as_long_as_gravity_names_the_grade(error_m_s2, noted):
+    t_s = np.arange(0, 10, 0.01)
+    rng = np.random.default_rng(1)
+    force = rng.normal(0, 0.03, (len(t_s), 3)) + [0, 0, 9.80665 + error_m_s2]
+    lying = Recording("desk", t_s, rng.normal(0, 2e-3, (len(t_s), 3)), force)
+    found = [finding for finding in lying.check() if (finding.sensor, finding.code) == ("accel", "bias")]
+    assert [f"{abs(error_m_s2):.2f} off gravity" in finding.message for finding in found] == [True] * noted
+    assert all("--sensor consumer" in finding.cure for finding in found)
+
+
 def test_ways_are_all_signed_permutations():
     assert len({way.tobytes() for way in WAYS}) == 48
     np.testing.assert_array_equal(WAYS[IDENTITY], np.eye(3))

@@ -41,6 +41,8 @@ CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor 
 RIGHT_COLUMNS = "see whether its columns are the right ones"
 NOTHING = {"gyro": RIGHT_COLUMNS, "accel": RIGHT_COLUMNS, "mag": f"{RIGHT_COLUMNS}; leave out a magnetometer that was off"}
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
+FEWEST_STILL, STILL_M_S2 = 6, 0.1  # parts of ENOUGH samples in which a body rests, and the spread of the force in them
+USUAL_ERROR_M_S2, LARGEST_ERROR_M_S2 = 0.1, 1.5  # of an accelerometer: that filters assume by default, and of the worst
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples that a check needs
@@ -72,6 +74,7 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _time(recording, live)
     found += _gaps(recording, live)
     found += _strengths(recording, live)
+    found += _accelerometer(live)
     found += _clipped(live)
     found += _repeated(recording, live)
     found += findings_by_turning(recording, live, found, hemisphere or _hemisphere(recording))
@@ -259,6 +262,22 @@ def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
             advice="see the unit, accel_unit, and the range that the driver sets",
             certain=abs(np.log(median / G_M_S2)) > np.log(LARGEST_FORCE_RATIO),
         )
+
+
+def _accelerometer(live: Samples) -> Iterator[Finding]:
+    """A force at rest that is not as long as gravity, by more than the filters assume."""
+    if "accel" not in live:
+        return
+    force = live["accel"][1]
+    parts = force[: len(force) // ENOUGH * ENOUGH].reshape(-1, ENOUGH, 3)
+    still = np.linalg.norm(parts.mean(axis=1), axis=1)[parts.std(axis=1).max(axis=1) < STILL_M_S2]
+    if len(still) < FEWEST_STILL:
+        return
+    length = float(np.median(still))
+    if USUAL_ERROR_M_S2 < abs(length - G_M_S2) < LARGEST_ERROR_M_S2:
+        shown = f"the force at rest is {length:.2f} m/s2 long, {abs(length - G_M_S2):.2f} off gravity: more than filters assume by default"
+        advice = "name the grade of the sensor (--sensor consumer), or calibrate it (hnav calibrate)"
+        yield Finding("note", "bias", "accel", shown, advice=advice)
 
 
 def _field(recording: Recording, median: float) -> Iterator[Finding]:
