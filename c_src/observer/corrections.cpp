@@ -241,7 +241,8 @@ void Model::forget(State& s) const {
 
 // The robust inflation of the HREKF (estimation/robust_law.hpp): P becomes (P^-1 - theta L'L)^-1, L the inverse scales, and
 // theta such that the largest variance of L P L' grows by exp(rate T). Each row of L is applied as an inverse correction; the
-// added matrix is positive semidefinite.
+// added matrix is positive semidefinite. A state whose sigma is not below its scale has nothing to forget and no row: without this, one
+// that no sensor observes grows without end, and theta, which its variance divides, forgets nothing of the others.
 void Model::inflate(double* part, double since_s) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
@@ -253,12 +254,17 @@ void Model::inflate(double* part, double since_s) const {
     const double theta = std::min(most, -std::expm1(-options_.robust_rate_1_s * since_s)) / largest;
     for (int i = 0; i < p.N; ++i) {
         const double weight = theta / (p.scale[i] * p.scale[i]), left = 1 - weight * P[i * p.N + i];
-        if (!(left > 0)) continue; // rounding
+        if (!forgets(P, i) || !(left > 0)) continue; // left: rounding
         for (int j = 0; j < p.N; ++j) column[j] = P[j * p.N + i];
         for (int j = 0; j < p.N; ++j)
             for (int k = 0; k < p.N; ++k) P[j * p.N + k] += column[j] * column[k] * weight / left;
     }
     pack_upper(P, p.N, part + at.P);
+}
+
+bool Model::forgets(const double* P, int i) const {
+    const Problem& p = *problem_;
+    return P[i * p.N + i] < p.scale[i] * p.scale[i];
 }
 
 // The largest eigenvalue of L P L', from below, by power iteration from a vector that no symmetry of P makes orthogonal to its direction.
@@ -272,13 +278,15 @@ double Model::largest_variance(const double* P, double* vector, double* next) co
         double sum = 0;
         for (int i = 0; i < p.N; ++i) {
             next[i] = 0;
-            for (int j = 0; j < p.N; ++j) next[i] += P[i * p.N + j] / (p.scale[i] * p.scale[j]) * vector[j];
+            for (int j = 0; j < p.N && forgets(P, i); ++j)
+                if (forgets(P, j)) next[i] += P[i * p.N + j] / (p.scale[i] * p.scale[j]) * vector[j];
             sum += next[i] * next[i];
         }
         largest = length = std::sqrt(sum);
         for (int i = 0; i < p.N && length > 0; ++i) vector[i] = next[i] / length;
     }
-    for (int i = 0; i < p.N; ++i) largest = std::max(largest, P[i * p.N + i] / (p.scale[i] * p.scale[i]));
+    for (int i = 0; i < p.N; ++i)
+        if (forgets(P, i)) largest = std::max(largest, P[i * p.N + i] / (p.scale[i] * p.scale[i]));
     return largest;
 }
 

@@ -56,10 +56,24 @@ def test_of_two_equal_states_whose_sum_is_measured_the_difference_is_found(rate)
     P, h = np.eye(2), np.ones(2)
     for k in range(n):
         if k:
-            theta = min(0.95, 1 - np.exp(-rate * T)) / np.linalg.eigvalsh(P)[-1]
-            P = np.linalg.inv(np.linalg.inv(P) - theta * np.eye(2))
+            L = np.diag((P.diagonal() < 1) * 1.0)
+            theta = min(0.95, 1 - np.exp(-rate * T)) / max(np.linalg.eigvalsh(L @ P @ L)[-1], 1e-9)
+            P = np.linalg.inv(np.linalg.inv(P) - theta * L)
         P = P - np.outer(P @ h, P @ h) / (h @ P @ h + 0.1**2)
         assert run.covariance[k] == pytest.approx(P, rel=1e-6), k
+
+
+def test_a_state_that_no_sensor_observes_stays_as_uncertain_as_at_the_start():
+    """Its variance grew without end, the law forgot nothing of the other state, and after 800 s no sample corrected it."""
+    plant = hnav.Plant(
+        lambda t, x, u, p: [0.0, 0.0], lambda t, x, u, p: x[0], states={"seen": 0.0, "hidden": 1.0}, sensors=["seen"]
+    )
+    plan = hnav.Plan(plant).sensor("seen", noise=0.1).state("seen", start_sigma=1.0).state("hidden", start_sigma=2.0)
+    plan.options = {"robust_rate_1_s": 0.5}
+    run = Observer(plan).run(np.arange(0, 2000.0, 0.5), {"seen": np.full(4000, 0.3)})
+    assert run.x["seen"][-1] == pytest.approx(0.3, abs=1e-6)
+    kept = np.exp(-0.5 * 0.5)  # of the information between two samples
+    assert run.covariance[-1] == pytest.approx(np.diag([(1 - kept) * 0.1**2, 4.0]), rel=1e-6)
 
 
 def test_a_model_that_is_not_right_is_followed():
