@@ -195,7 +195,7 @@ private:
         if (s.heading_confirmed == 0 || has_passed(s.azimuth_rejected_s, max_azimuth_rejected_s)) return false;
         const R limit_rad = R(options_.ready_heading_rad);
         if (!(s.steps.suspected_heading2 < limit_rad * limit_rad)) return false;
-        const R added = s.steps.heading_variance_by_iron() + reference_variance(s) + unstated_heading2(s) +
+        const R added = s.steps.heading_variance_by_iron() + reference_variance(s) + unstated_heading2(s, unstated_tilt2(s)) +
                         tilted_field_variance(s) + square(hold_error(s)[2]);
         return angle_ready(s.P[packed(rotation + 2, rotation + 2)] + added, s.information.heading, limit_rad);
     }
@@ -213,7 +213,9 @@ private:
     R unstated_tilt2(const State& s) const {
         return std::fmin(any_angle_variance<R>, s.lasting.unstated_tilt2(R(gravity_m_s2), sigma_.force_bias * sigma_.force_bias));
     }
-    R unstated_heading2(const State& s) const { return unstated_tilt2(s) + by_horizon(s, unstated_tilt2(s)); }
+    static R unstated_heading2(const State& s, R unstated_tilt2) {
+        return unstated_tilt2 > 0 ? unstated_tilt2 + by_horizon(s, unstated_tilt2) : 0;
+    }
 
     // Variance of the heading in addition to P: the reference may be false.
     R reference_variance(const State& s) const {

@@ -47,9 +47,10 @@ typename AhrsModelOf<R>::Matrix3R AhrsModelOf<R>::rotation_covariance(const Stat
 template <class R>
 Vector3Of<R> AhrsModelOf<R>::added_variances(const State& s) const {
     constexpr R even = R(0.5);
-    const R tilt = s.tilt_excess.variance + unstated_tilt2(s) + even * s.steps.suspected_tilt2 +
+    const R unstated = unstated_tilt2(s);
+    const R tilt = s.tilt_excess.variance + unstated + even * s.steps.suspected_tilt2 +
                    even * std::fmax(R(0), s.vehicle_tilt.square() - larger_tilt_variance(s));
-    const R heading = s.steps.heading_variance_by_iron() + reference_variance(s) + unstated_heading2(s) +
+    const R heading = s.steps.heading_variance_by_iron() + reference_variance(s) + unstated_heading2(s, unstated) +
                       even * (s.steps.suspected_heading2 + tilted_field_variance(s));
     return {tilt, tilt, heading};
 }
