@@ -262,6 +262,7 @@ void Model::inflate(double* part, double since_s) const {
     pack_upper(P, p.N, part + at.P);
 }
 
+// Whether a state is better known than its scale.
 bool Model::forgets(const double* P, int i) const {
     const Problem& p = *problem_;
     return P[i * p.N + i] < p.scale[i] * p.scale[i];
@@ -278,7 +279,8 @@ double Model::largest_variance(const double* P, double* vector, double* next) co
         double sum = 0;
         for (int i = 0; i < p.N; ++i) {
             next[i] = 0;
-            for (int j = 0; j < p.N && forgets(P, i); ++j)
+            if (!forgets(P, i)) continue;
+            for (int j = 0; j < p.N; ++j)
                 if (forgets(P, j)) next[i] += P[i * p.N + j] / (p.scale[i] * p.scale[j]) * vector[j];
             sum += next[i] * next[i];
         }

@@ -101,7 +101,7 @@ def test_a_force_at_rest_that_is_not_as_long_as_gravity_names_the_grade(error_m_
     lying = Recording("desk", t_s, rng.normal(0, 2e-3, (len(t_s), 3)), force)
     found = [finding for finding in lying.check() if (finding.sensor, finding.code) == ("accel", "bias")]
     assert [f"{abs(error_m_s2):.2f} off gravity" in finding.message for finding in found] == [True] * noted
-    assert all("--sensor consumer" in finding.cure for finding in found)
+    assert all("--grade consumer" in finding.cure for finding in found)
 
 
 def test_ways_are_all_signed_permutations():

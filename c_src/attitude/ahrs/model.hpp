@@ -213,9 +213,7 @@ private:
     R unstated_tilt2(const State& s) const {
         return std::fmin(any_angle_variance<R>, s.lasting.unstated_tilt2(R(gravity_m_s2), sigma_.force_bias * sigma_.force_bias));
     }
-    static R unstated_heading2(const State& s, R unstated_tilt2) {
-        return unstated_tilt2 > 0 ? unstated_tilt2 + by_horizon(s, unstated_tilt2) : 0;
-    }
+    static R unstated_heading2(const State& s, R tilt2) { return tilt2 > 0 ? tilt2 + by_horizon(s, tilt2) : 0; }
 
     // Variance of the heading in addition to P: the reference may be false.
     R reference_variance(const State& s) const {

@@ -276,7 +276,7 @@ def _accelerometer(live: Samples) -> Iterator[Finding]:
     length = float(np.median(still))
     if USUAL_ERROR_M_S2 < abs(length - G_M_S2) < LARGEST_ERROR_M_S2:
         shown = f"the force at rest is {length:.2f} m/s2 long, {abs(length - G_M_S2):.2f} off gravity: more than filters assume by default"
-        advice = "name the grade of the sensor (--sensor consumer), or calibrate it (hnav calibrate)"
+        advice = "name the grade of the sensor (--grade consumer), or calibrate it (hnav calibrate)"
         yield Finding("note", "bias", "accel", shown, advice=advice)
 
 
