@@ -116,19 +116,23 @@ R inflation_theta(const Eigen::Matrix<R, n, 1>& eigenvalues, R interval_s, const
     return theta;
 }
 
-// P becomes Sigma. LP: the k rows L P; LPL: L P L'. interval_s: since the last correction; a second one at the same instant (a heading
-// aid beside force and field) is not inflated again.
+// P becomes Sigma at theta > 0. LP: the k rows L P; LPL: L P L'.
+template <int n, int k, class R>
+void inflate_by(Square<n, R>& P, const Eigen::Matrix<R, k, n>& LP, const Square<k, R>& LPL, std::common_type_t<R> theta) {
+    Square<k, R> W = -LPL;
+    W.diagonal().array() += 1 / theta;
+    Cholesky<k, R>(W).template add_quadratic_form<n>(LP, P);
+}
+
+// P becomes Sigma. interval_s: since the last correction; a second one at the same instant (a heading aid beside force and field) is not
+// inflated again.
 template <int n, int k, class R>
 void inflate(Square<n, R>& P, const Eigen::Matrix<R, k, n>& LP, const Square<k, R>& LPL, std::common_type_t<R> interval_s,
              const RobustSettings<R>& settings, RobustReport<R>* report) {
     *report = {};
     if (settings.mode == GammaMode::off || !(interval_s > 0)) return;
     const R theta = inflation_theta<k, R>(eigenvalues<k, R>(LPL), interval_s, settings, report);
-    if (!(theta > 0)) return;
-
-    Square<k, R> W = -LPL;
-    W.diagonal().array() += 1 / theta;
-    Cholesky<k, R>(W).template add_quadratic_form<n>(LP, P);
+    if (theta > 0) inflate_by<n, k, R>(P, LP, LPL, theta);
 }
 
 } // namespace hnav

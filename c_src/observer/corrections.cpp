@@ -246,15 +246,16 @@ void Model::forget(State& s) const {
 void Model::inflate(double* part, double since_s) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
-    double *P = work_->P, *column = work_->gain;
+    double *P = work_->P, *column = work_->gain, *L = work_->gain + 2 * p.N;
     constexpr double most = 0.95;
     unpack_upper(part + at.P, p.N, 1, P);
-    const double largest = largest_variance(P, work_->gain, work_->gain + p.N);
+    for (int i = 0; i < p.N; ++i) L[i] = P[i * p.N + i] < p.scale[i] * p.scale[i] ? 1 / p.scale[i] : 0;
+    const double largest = largest_variance(P, L, work_->gain, work_->gain + p.N);
     if (!(largest > 0)) return;
     const double theta = std::min(most, -std::expm1(-options_.robust_rate_1_s * since_s)) / largest;
     for (int i = 0; i < p.N; ++i) {
-        const double weight = theta / (p.scale[i] * p.scale[i]), left = 1 - weight * P[i * p.N + i];
-        if (!forgets(P, i) || !(left > 0)) continue; // left: rounding
+        const double weight = theta * L[i] * L[i], left = 1 - weight * P[i * p.N + i];
+        if (!(weight > 0 && left > 0)) continue; // left: rounding
         for (int j = 0; j < p.N; ++j) column[j] = P[j * p.N + i];
         for (int j = 0; j < p.N; ++j)
             for (int k = 0; k < p.N; ++k) P[j * p.N + k] += column[j] * column[k] * weight / left;
@@ -262,14 +263,9 @@ void Model::inflate(double* part, double since_s) const {
     pack_upper(P, p.N, part + at.P);
 }
 
-// Whether a state is better known than its scale.
-bool Model::forgets(const double* P, int i) const {
-    const Problem& p = *problem_;
-    return P[i * p.N + i] < p.scale[i] * p.scale[i];
-}
-
 // The largest eigenvalue of L P L', from below, by power iteration from a vector that no symmetry of P makes orthogonal to its direction.
-double Model::largest_variance(const double* P, double* vector, double* next) const {
+// L: its diagonal.
+double Model::largest_variance(const double* P, const double* L, double* vector, double* next) const {
     const Problem& p = *problem_;
     constexpr int powers = 40;
     constexpr double golden = 0.6180339887498949;
@@ -279,16 +275,13 @@ double Model::largest_variance(const double* P, double* vector, double* next) co
         double sum = 0;
         for (int i = 0; i < p.N; ++i) {
             next[i] = 0;
-            if (!forgets(P, i)) continue;
-            for (int j = 0; j < p.N; ++j)
-                if (forgets(P, j)) next[i] += P[i * p.N + j] / (p.scale[i] * p.scale[j]) * vector[j];
+            for (int j = 0; j < p.N; ++j) next[i] += P[i * p.N + j] * L[i] * L[j] * vector[j];
             sum += next[i] * next[i];
         }
         largest = length = std::sqrt(sum);
         for (int i = 0; i < p.N && length > 0; ++i) vector[i] = next[i] / length;
     }
-    for (int i = 0; i < p.N; ++i)
-        if (forgets(P, i)) largest = std::max(largest, P[i * p.N + i] / (p.scale[i] * p.scale[i]));
+    for (int i = 0; i < p.N; ++i) largest = std::max(largest, P[i * p.N + i] * L[i] * L[i]);
     return largest;
 }
 

@@ -292,8 +292,7 @@ private:
     void forget_time(State& s) const;
     void forget(State& s) const;
     void inflate(double* part, double since_s) const;
-    bool forgets(const double* P, int i) const;
-    double largest_variance(const double* P, double* vector, double* next) const;
+    double largest_variance(const double* P, const double* L, double* vector, double* next) const;
     void judge(State& s, const double* before) const;
     bool gather_information(State& s, const double* before) const;
     bool is_below_limits(const State& s) const;

@@ -44,9 +44,7 @@ void swing(const AhrsModel& model, State& s, double interval_s, double duration_
         e.add(Sample{e.t_s, gyro, {turn[0], turn[1], turn[2]}});
         e.add(Sample{e.t_s, accel, {force[0], force[1], force[2]}});
         e.add(Sample{e.t_s, mag, {field[0], field[1], field[2]}});
-        model.before_flow(s, e);
-        if (k > 0) model.flow_exactly(s, interval_s);
-        model.jump(s, e);
+        take(model, s, e, k > 0 ? interval_s : 0);
         at(e.t_s, q);
     }
 }
@@ -220,9 +218,7 @@ TEST(Ahrs, ABodyOnABenchKnowsItsTiltBetterThanOneInAHandAndAMotionCountsAtOnce) 
             const double a = e.t_s < still_after_s ? shake_m_s2 * std::cos(4 * e.t_s) : 0;
             const Vector3 push = rotation_matrix(motion.q(e.t_s)).transpose() * Vector3(a, 0, 0);
             for (int i = 0; i < 3; ++i) e.value[accel][i] += push[i];
-            model.before_flow(s, e);
-            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, k > 0 ? 0.005 : 0);
         }
         return std::sqrt(model.rotation_covariance(s)(0, 0));
     };
@@ -332,9 +328,7 @@ TEST(Ahrs, AFieldThatIsTheSameEverywhereTellsTheHeadingBetterThanOneOfARoom) {
             const Vector3 place = iron * 5e-5 * Vector3(std::sin(0.8 * t), std::cos(0.5 * t), std::sin(0.6 * t));
             const Vector3 field = rotation_matrix(motion.q(t)).transpose() * (Vector3(2.5e-5, 0, 4.33e-5) + place);
             e.add(Sample{t, mag, {field[0], field[1], field[2]}});
-            model.before_flow(s, e);
-            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, k > 0 ? 0.005 : 0);
         }
         EXPECT_EQ(s.repaired, 0u);
         return std::sqrt(model.rotation_covariance(s)(2, 2));
@@ -352,9 +346,7 @@ TEST(Ahrs, AFieldThatContradictsAFreshReferenceMakesTheHeadingDoubtful) {
         for (int k = 1; k <= 100; ++k) {
             Event e = motion.event(clean_s + 0.005 * k);
             for (int i = 0; i < 3; ++i) e.value[mag][i] *= 1.3;
-            model.before_flow(s, e);
-            model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, 0.005);
         }
         return model.rotation_covariance(s)(2, 2) - before;
     };
@@ -372,9 +364,7 @@ TEST(Ahrs, TheAddedVarianceOfTheHeadingLastsAsLongAsTheContradictionUnlessTheRef
             Event e = motion.event(0.005 * k);
             const bool false_field = e.t_s > 1 && (stays || e.t_s < 1 + contradicted_s);
             for (int i = 0; i < 3; ++i) e.value[mag][i] *= false_field ? 1.3 : 1;
-            model.before_flow(s, e);
-            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, k > 0 ? 0.005 : 0);
         }
         EXPECT_EQ(s.field.changes > 0, stays);
         return s.reference_variance;
@@ -399,9 +389,7 @@ TEST(Ahrs, AReferenceThatIsNotOfTheEarthMakesTheHeadingDoubtfulUnlessItWasGivenO
             for (int i = 0; i < 3; ++i) e.value[mag][i] *= strength;
             const Matrix3 R_bn = rotation_matrix(motion.q(e.t_s));
             if (aided && k % 200 == 100) e.add(Sample{e.t_s, hnav::heading, {std::atan2(R_bn(1, 0), R_bn(0, 0)), 0.01, 0}});
-            model.before_flow(s, e);
-            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, k > 0 ? 0.005 : 0);
         }
         EXPECT_EQ(std::sqrt(model.rotation_covariance(s)(2, 2)) < 0.1, model.estimate(s).heading_ready);
         return model.estimate(s).heading_ready;
@@ -469,9 +457,7 @@ TEST(Ahrs, FindsAttitudeBiasAndLatency) {
         for (int k = leg ? 1 : 0; k <= 200; ++k) {
             Event e = motion.event(0.005 * k);
             e.t_s = t + 0.005 * k;
-            model.before_flow(s, e);
-            if (model.flows(s)) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
+            take(model, s, e, 0.005);
         }
         t += 1;
     }
@@ -536,9 +522,7 @@ TEST(Ahrs, AnInnovationIsToldWithItsCovarianceAndItsNormalisedSquare) {
     follow(model, s, motion, 5);
     Event e = motion.event(5.005);
     e.add(Sample{5.005, heading, {roll_pitch_yaw(motion.q(5.005))[2] + 0.02, 0.03}});
-    model.before_flow(s, e);
-    model.flow_exactly(s, 0.005);
-    model.jump(s, e);
+    take(model, s, e, 0.005);
     for (const int channel : {accel, mag, heading}) {
         const Innovation& i = s.innovation[channel];
         const int n = static_cast<int>(i.dimension);
@@ -563,9 +547,7 @@ TEST(Ahrs, AHeadingBeyondItsGateCountsAsMuchLessAsItLiesFurtherOutside) {
     const double sigma = 2 * deg;
     Event e = motion.event(20.005);
     e.add(Sample{20.005, heading, {roll_pitch_yaw(motion.q(20.005))[2] + 20 * deg, sigma}});
-    model.before_flow(s, e);
-    model.flow_exactly(s, 0.005);
-    model.jump(s, e);
+    take(model, s, e, 0.005);
     const Innovation& i = s.innovation[heading];
     EXPECT_EQ(s.gated[heading], 1u);
     const double noise = sigma * sigma, of_state = i.S[0] - noise;
@@ -602,20 +584,24 @@ TEST(Ahrs, AtRestTheMeanRateIsTheBiasWhateverForceSays) {
     EXPECT_TRUE(model.field_estimate(s).at_rest);
 }
 
+// At rest for a while, with a force of this length in the direction of gravity.
+State rested(const AhrsModel& model, double force_m_s2, double duration_s) {
+    Turning still;
+    still.rate_b.setZero();
+    State s = state_at_start(model);
+    for (int k = 0; k <= std::lround(duration_s * 200); ++k) {
+        AttitudeEvent e = still.event(0.005 * k);
+        for (int i = 0; i < 3; ++i) e.value[accel][i] *= force_m_s2 / AhrsModel::gravity_m_s2;
+        take(model, s, e, k > 0 ? 0.005 : 0);
+    }
+    return s;
+}
+
 // Gravity was removed, or the force has another unit.
 TEST(Ahrs, AtRestWithoutGravityNothingIsReady) {
     const AhrsModel model(settings());
     for (const double strength : {0.02, 1.0, 9.7, 9.9, 20.0}) {
-        Turning still;
-        still.rate_b.setZero();
-        State s = state_at_start(model);
-        for (int k = 0; k <= 6000; ++k) {
-            AttitudeEvent e = still.event(0.005 * k);
-            for (int i = 0; i < 3; ++i) e.value[accel][i] *= strength / AhrsModel::gravity_m_s2;
-            model.before_flow(s, e);
-            if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-            model.jump(s, e);
-        }
+        const State s = rested(model, strength, 30);
         const bool is_gravity = std::fabs(strength - 9.8) < 1;
         EXPECT_EQ(model.estimate(s).tilt_ready, is_gravity) << strength;
         EXPECT_EQ(model.estimate(s).heading_ready, is_gravity) << strength;
@@ -628,11 +614,7 @@ TEST(Ahrs, AtRestTheTiltIsAsUncertainAsTheBiasOfTheAccelerometerMakesIt) {
     set.start_sigma_accel_bias_m_s2 = 0.5;
     set.gamma_mode = HNAV_GAMMA_RELATIVE;
     set.gamma_relative_rate_1_s = 0.3;
-    const AhrsModel model(set);
-    Turning still;
-    still.rate_b.setZero();
-    State s = state_at_start(model);
-    follow(model, s, still, 60);
+    const State s = rested(AhrsModel(set), AhrsModel::gravity_m_s2, 60);
     const double by_bias = AhrsModel::gravity_m_s2 / set.start_sigma_accel_bias_m_s2, by_start = 1 / set.start_sigma_tilt_rad;
     const double expected = 1 / std::hypot(by_bias, by_start);
     EXPECT_NEAR(std::sqrt(s.P[AhrsModel::packed(AhrsModel::rotation, AhrsModel::rotation)]), expected, 0.02 * expected);
@@ -642,17 +624,7 @@ TEST(Ahrs, AtRestTheTiltIsAsUncertainAsTheBiasOfTheAccelerometerMakesIt) {
 TEST(Ahrs, AForceAtRestThatIsLongerThanGravityMakesTheHorizonLessCertain) {
     const AhrsModel model(settings());
     const double g = AhrsModel::gravity_m_s2, tangent = std::sqrt(3.0); // of the dip
-    const auto variances = [&](double bias) {
-        Turning still;
-        still.rate_b.setZero();
-        State s = state_at_start(model);
-        for (int k = 0; k <= 2000; ++k) {
-            AttitudeEvent e = still.event(0.005 * k);
-            for (double& f : e.value[accel]) f *= 1 + bias / g;
-            take(model, s, e, k > 0 ? 0.005 : 0);
-        }
-        return model.rotation_variances(s);
-    };
+    const auto variances = [&](double bias) { return model.rotation_variances(rested(model, g + bias, 10)); };
     const Vector3 added = variances(-0.3) - variances(0);
     const double unstated2 = (square(0.3) - 4 * (square(settings().start_sigma_accel_bias_m_s2) + square(0.02))) / (g * g);
     EXPECT_NEAR(added[0], unstated2, 0.01 * unstated2);
@@ -868,9 +840,7 @@ TEST(Ahrs, WhatSeldomChangesIsCountedAndWhatTurnsTheBodyIsUpToDate) {
         if (k % 1000 == 5) e.add(Sample{e.t_s, heading, {0.3, 0.1, 0}});
         if (k == 3500) e.present |= new_time_base;
         const State before = s;
-        model.before_flow(s, e);
-        if (model.flows(s) && k > 0) model.flow_exactly(s, e.t_s - before.last_event_s);
-        model.jump(s, e);
+        take(model, s, e, k > 0 ? e.t_s - before.last_event_s : 0);
 
         const auto* const was = reinterpret_cast<const unsigned char*>(&before) + AhrsModel::seldom_begin;
         const auto* const is = reinterpret_cast<const unsigned char*>(&s) + AhrsModel::seldom_begin;
@@ -904,9 +874,7 @@ TEST(Ahrs, AHeadingThatAFalseFieldGaveTurnsWithTheTrueOneAndIsLessCertain) {
         const Vector3 field = rotation_matrix(motion.q(t_s)).transpose() * field_n;
         e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
         const State before = s;
-        model.before_flow(s, e);
-        if (model.flows(s) && k > 0) model.flow_exactly(s, 0.005);
-        model.jump(s, e);
+        take(model, s, e, k > 0 ? 0.005 : 0);
         if (s.field.changes > before.field.changes) {
             turned = true;
             EXPECT_GT(model.rotation_covariance(s)(2, 2), 0.5 * settings().turn_sigma_rad * settings().turn_sigma_rad);
@@ -968,9 +936,7 @@ TEST(Ahrs, AHeadingThatIsFarOffIsNoMeasurementOfTheGyroBias) {
         const Vector3 field_n = rotation_matrix(rotation_quaternion({0, 0, turned_rad})) * Vector3(2.5e-5, 0, 4.33e-5);
         const Vector3 field = rotation_matrix(Turning{}.q(0.04)).transpose() * field_n;
         e.add(Sample{0.04, mag, {field[0], field[1], field[2]}});
-        model.before_flow(s, e);
-        model.flow_exactly(s, 0.04);
-        model.jump(s, e);
+        take(model, s, e, 0.04);
         EXPECT_LT(variance, 0.1);
         const Vector3 seen = rotation_matrix(Quaternion(s.x)) * field;
         EXPECT_LT(std::fabs(std::atan2(seen[1], seen[0])), 0.1 * turned_rad);
@@ -992,9 +958,7 @@ TEST(Ahrs, AHeadingThatIsFarOffForLongIsNoLessCertainThanAnyAngle) {
         const Vector3 field =
             rotation_matrix(motion.q(t_s)).transpose() * Vector3(-2.5e-5, 1e-5, 7e-5); // rejected: far too strong
         e.add(Sample{t_s, mag, {field[0], field[1], field[2]}});
-        model.before_flow(s, e);
-        model.flow_exactly(s, 0.005);
-        model.jump(s, e);
+        take(model, s, e, 0.005);
         rejected += FieldVerdict(s.verdict) == FieldVerdict::reject;
         EXPECT_LT(s.P[AhrsModel::packed(AhrsModel::rotation + 2, AhrsModel::rotation + 2)], 1.01 * any_angle_variance<double>);
     }

@@ -127,9 +127,7 @@ void HrekfCorrection<R>::inflate(R interval_s) {
     if (values[0] > values[6]) std::swap(values[0], values[6]);
     const R theta = inflation_theta<7, R>(values, interval_s, law_.robust, &robust_);
     if (!(theta > 0)) return;
-    Covariance W = -LPL;
-    W.diagonal().array() += 1 / theta;
-    Cholesky<6, R>(W).template add_quadratic_form<6>(LP, now_.P);
+    inflate_by<6, 6, R>(now_.P, LP, LPL, theta);
     now_.length_variance /= 1 - theta * of_length;
 }
 

@@ -133,9 +133,10 @@ def motion(kind: str, seed: int, grade: str | None = None) -> Recording:
 
     grade: of the sensors, one of GRADES; None: drawn. The motion is the same with any.
     """
+    entropy = [seed, sum(map(ord, kind))]
     if grade is None:
-        grade = GRADES[int(np.random.default_rng([seed, sum(map(ord, kind)), 1]).integers(len(GRADES)))]
-    rng = np.random.default_rng([seed, sum(map(ord, kind))])
+        grade = GRADES[int(np.random.default_rng([*entropy, 1]).integers(len(GRADES)))]
+    rng = np.random.default_rng(entropy)
     t = np.arange(int((LENGTH_S + WARM_S) * RATE_HZ) + 1) / RATE_HZ
     velocity, attitude = KINDS[kind](rng, t)
     kept = slice(int(WARM_S * RATE_HZ), None)
