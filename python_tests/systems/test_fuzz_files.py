@@ -7,10 +7,8 @@ import os
 import tempfile
 import xml.etree.ElementTree as ElementTree
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 import h5py
 import numpy as np
 import pytest
@@ -49,7 +47,7 @@ ODD = ["", " ", "0", "-1", "1e308", "1e999", "nan", "inf", "-inf", "1e-300", "9"
 
 
 @pytest.fixture(scope="module")
-def system(tmp_path_factory) -> Iterator[Path]:
+def system(tmp_path_factory) -> Path:
     built_fmu("Hrekf")
     folder = make_system(tmp_path_factory.mktemp("system"), {"first": "Hrekf", "second": "Hrekf"},
                          [("first.att.heading", "second.aid.heading")], {"first.robust.gamma": 2.0, "first.robust.gamma_mode": "kl"})  # fmt: skip
@@ -58,11 +56,7 @@ def system(tmp_path_factory) -> Iterator[Path]:
             .replace("<ssd:Unit/>", '<ssc:Unit name="rad"><ssc:BaseUnit rad="1" factor="1"/></ssc:Unit>'))  # fmt: skip
     (folder / "SystemStructure.ssd").write_text(text.replace("</ssd:SystemStructureDescription>", more))
     (folder / "scenario_calm.ssv").write_text(parameter_set({"first.robust.gamma": 3.0, "second.robust.gamma_mode": "off"}))
-    # The description of an FMU is read again and again.
-    read, patched = fmpy.read_model_description, pytest.MonkeyPatch()
-    patched.setattr(fmpy, "read_model_description", functools.cache(lambda path, validate: read(path, validate=validate)))
-    yield folder
-    patched.undo()
+    return folder
 
 
 def read_and_choose(path: Path) -> None:

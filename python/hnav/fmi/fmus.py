@@ -7,6 +7,7 @@ import errno
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +16,7 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model, FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from fmpy.model_description import ScalarVariable
+from fmpy.model_description import ModelDescription, ScalarVariable
 from fmpy.sundials import CVodeSolver
 
 from hnav.errors import HnavError, HnavValueError, nearest
@@ -46,6 +47,19 @@ _CROSSINGS = (
     C.CFUNCTYPE(C.c_int, C.c_void_p, C.c_void_p, C.c_size_t, C.c_void_p, C.c_size_t),
 )
 _WARNING = 1  # the status above which a call has failed
+# Most files of an archive, which no running instance reads.
+_FOR_READERS = ("sources/", "documentation/", "terminalsAndIcons/")
+
+
+def description_of(path: Path) -> ModelDescription:
+    """fmpy's description of an FMU. Do not change it: a file that has not changed is read once. Raises whatever fmpy does."""
+    found = path.stat()
+    return _description(str(path.resolve()), found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(64)
+def _description(path: str, _changed_ns: int, _size: int) -> ModelDescription:
+    return fmpy.read_model_description(path, validate=False)
 
 
 class Fmu:
@@ -74,13 +88,12 @@ class Fmu:
 
     def _load(self, path: Path, model_exchange: bool, name: str) -> None:
         """Description and library. Raises whatever fmpy does."""
-        self.description = fmpy.read_model_description(str(path), validate=False)
+        self.description = description_of(path)
         self.fmi3 = self.description.fmiVersion.startswith("3")
         self.model_exchange = model_exchange
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in self.description.modelVariables}
         self.messages: list[str] = []
-        # Most files of an archive are sources, which only a compiler reads.
-        fmpy.extract(str(path), self._folder, include=lambda name: not name.removeprefix("./").startswith("sources/"))
+        fmpy.extract(str(path), self._folder, include=lambda name: not name.removeprefix("./").startswith(_FOR_READERS))
         kinds = {(False, False): FMU2Slave, (False, True): FMU2Model, (True, False): FMU3Slave, (True, True): FMU3Model}
         interface = self.description.modelExchange if model_exchange else self.description.coSimulation
         arguments = {

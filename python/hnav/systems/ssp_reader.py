@@ -19,11 +19,10 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 from fmpy.model_description import ScalarVariable
 
 from hnav.errors import HnavError
-from hnav.fmi.fmus import fmu_path, items_of
+from hnav.fmi.fmus import description_of, fmu_path, items_of
 from hnav.io.outputs import temporary_folder
 from hnav.places import CHECKOUT, PACKAGE
 from hnav.systems.ssp_archive import SystemFiles, unpack
@@ -196,7 +195,7 @@ def _read_component(element: ElementTree.Element, files: SystemFiles) -> Compone
     if element.get("implementation", "CoSimulation") not in ("CoSimulation", "any"):
         refuse(f"{shown}: component {name}: hnav runs Co-Simulation, not {element.get('implementation')}")
     try:
-        description = fmpy.read_model_description(str(fmu), validate=False)
+        description = description_of(fmu)
         variables = {v.name: _variable(v) for v in description.modelVariables}
     except Exception as error:  # fmpy raises bare Exception too
         refuse(f"{shown}: component {name}: {source} is no FMU: {(str(error) or type(error).__name__).splitlines()[0]}")
