@@ -42,6 +42,7 @@ from twins.ahrs_parts import (
     SampleTimes,
     StillField,
     TiltExcess,
+    TurningForce,
     VehicleTilt,
     about_down,
     azimuth,
@@ -109,6 +110,7 @@ class AhrsReference:
         self.t_s = self.corrected_s = math.nan
         self.verdict = "accept"  # on the last field
         self.nis: dict[str, float] = {}  # of the last correction by each sensor
+        self.turning_force = TurningForce()
         self.P, self.steps = self.first_covariance(o.start_sigma_heading_rad), BiasSteps(ERRORS, BIAS, o.residual_iron)
         self.clear_window()
 
@@ -385,20 +387,24 @@ class AhrsReference:
         considered: int = 0,
         is_evidence: bool = True,
         stepped: Array | None = None,
+        withheld: float = 0.0,
     ) -> None:
         """Rows H of a sensor; errors before `considered` are not corrected (Schmidt): P is that of the gain actually used.
 
-        is_evidence: for or against a step of the gyro bias; stepped: response of the rows to steps and iron, if not by H alone."""
+        is_evidence: for or against a step of the gyro bias; stepped: response of the rows to steps and iron, if not by H alone;
+        withheld: share of the correction that the accelerometer's bias is not given."""
         PHt, stepped = self.E @ H.T, H @ self.steps.response if stepped is None else stepped
         solved = np.linalg.solve(H @ PHt + noise, np.column_stack([innovation, stepped, PHt.T]))
         by_innovation, by_step = solved[:, 0], solved[:, 1:7]
         self.error[considered:] += PHt[considered:] @ by_innovation
+        self.error[FORCE_BIAS] -= withheld * PHt[FORCE_BIAS] @ by_innovation
         if is_evidence:
             self.steps.evidence.add(stepped, np.asarray(by_step, dtype=np.float64), innovation)
         self.steps.response[considered:] -= PHt[considered:] @ by_step
         self.steps.response[V.stop : PHI.start] = 0  # errors of sensors do not respond within a window
         change = PHt @ solved[:, 7:]
         change[:considered, :considered] = 0
+        change[FORCE_BIAS, FORCE_BIAS] *= 1 - withheld**2
         self.E = self.E - 0.5 * (change + change.T)
 
     def new_steps(self) -> BiasSteps:
@@ -486,7 +492,9 @@ class AhrsReference:
         is_evidence = not (self.vehicle_tilt.P[0, 0] > 0 or self.o.body in ("car", "aircraft"))
         if is_evidence and lasting2 > self.swell_density2:
             self.note_hidden_step(S, (lasting2 - self.swell_density2) / self.force_s)
-        self.learn(H, -self.velocity, noise, is_evidence=is_evidence)
+        self.turning_force.note(self.rate_power, self.window_s)
+        withheld = self.turning_force.withheld(self.o.start_sigma_accel_bias_m_s2)
+        self.learn(H, -self.velocity, noise, is_evidence=is_evidence, withheld=withheld)
         after = tilt_of(self.E)
         self.information[0] += max(0.0, 1 / max(after) - 1 / max(before))
         self.tilt_excess.note(self.error[15:17], float(np.mean(before - after)), self.force_s)

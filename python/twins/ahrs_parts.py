@@ -321,6 +321,23 @@ class LastingMotion:
             self.lasting[j] += change
 
 
+class TurningForce:
+    """The force towards the axis about which a hand turns looks like a bias of the accelerometer."""
+
+    def __init__(self) -> None:
+        self.rate2, self.noted_s = 0.0, 0.0
+
+    def note(self, rate_power: float, T: float) -> None:
+        """rate_power: integral of the squared rate over T, rad^2/s."""
+        self.noted_s = min(1.0, self.noted_s + T)
+        self.rate2 += (rate_power - T * self.rate2) / self.noted_s
+
+    def withheld(self, sigma: float) -> float:
+        """Share of a correction that a bias with this sigma, m/s^2, is not given: the axis is 0.1 m away."""
+        force2 = (0.1 * self.rate2) ** 2
+        return force2 / (force2 + sigma**2)
+
+
 class TiltExcess:
     """Corrections of the tilt that are not white: the excess of the square of their fading sum over its variance."""
 

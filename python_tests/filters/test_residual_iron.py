@@ -19,7 +19,7 @@ def heading_of(turn_rad_s: float, seed: int, iron: float = 0.01) -> tuple[float,
     attitude = Rotation.from_rotvec(np.cumsum(rates, 0) / RATE_HZ)
     noise = rng.normal(0, [0.002, 0.02, 3e-7], (len(t_s), 3, 3))
     fields = attitude.inv().apply(FIELD_N) + rng.normal(0, 0.5e-6, 3)
-    run = Filter("ahrs", solver="closed_form", residual_iron=iron).run(
+    run = Filter("ahrs", solver="closed_form", residual_iron=iron, start_sigma_accel_bias_m_s2=0.035).run(
         t_s, rates + noise[:, :, 0], [0, 0, -9.81] + noise[:, :, 1], fields + noise[:, :, 2], check=False
     )
     error = Rotation.from_quat(run.q_nb[-1], scalar_first=True) * attitude[-1].inv()

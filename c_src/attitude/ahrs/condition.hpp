@@ -5,6 +5,7 @@
 #include "base/small.hpp"
 #include "maths/repair.hpp"
 #include "maths/scalar.hpp"
+#include "maths/unroll.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -33,10 +34,12 @@ typename AhrsModelOf<R>::template Response<m> AhrsModelOf<R>::weighted(const Cho
 // (Schmidt): P_ij -= PHt_i S^-1 PHt_j' unless both i and j are such. Only the upper triangle of P is updated. There is no correction if
 // rounding has made S indefinite, as by values of very different magnitudes. evidence: of a step of the gyro bias, to which the innovation
 // is added; null: none. To such a step the errors between velocity and rotation, of sensors, do not respond within a window.
+// withheld: share of a correction by a velocity that the accelerometer's bias is not given (turning_force.hpp).
 template <class R>
 template <int m, int first>
 void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence) {
+                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence,
+                               R withheld) {
     static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
@@ -55,7 +58,21 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
             c.response.col(j).template tail<last>() -= stepped(k, j) * Kt.row(k).template tail<last>().transpose();
             if constexpr (first == 0) c.velocity_response.col(j) -= stepped(k, j) * Kt.row(k).template head<2>().transpose();
         }
+    if constexpr (m == 2) withhold(c, PHt, Kt, innovation, withheld);
     take_out<m, first>(c.P, PHt, Kt, std::make_integer_sequence<int, rest>());
+}
+
+// Adds before a correction by a velocity what it will take too much from the accelerometer's bias and its variance.
+template <class R>
+void AhrsModelOf<R>::withhold(Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Eigen::Matrix<R, 2, errors>& Kt,
+                              const Vector2R& innovation, R share) {
+    HNAV_UNROLL
+    for (int j = force_bias; j < force_bias + 3; ++j) {
+        const Vector2R gain = share * Kt.col(j), kept = share * gain;
+        c.error[j] -= gain.dot(innovation);
+        HNAV_UNROLL
+        for (int i = force_bias; i <= j; ++i) c.P(i, j) += kept[0] * PHt(i, 0) + kept[1] * PHt(i, 1);
+    }
 }
 
 // P_ij -= PHt_i K_j for the columns from `first` on, down to the diagonal. Loops have compile-time lengths except in the small build.

@@ -21,12 +21,12 @@ InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s,
     return i;
 }
 
-// PHt: columns of the velocity. T: since the last measurement of its kind, s. evidence: of a step of the gyro bias, or null.
+// PHt: columns of the velocity. T: since the last measurement of its kind, s. evidence, withheld: as of condition.
 template <class R>
 void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                           const Vector2R& innovation, R T, Evidence* evidence) {
+                                           const Vector2R& innovation, R T, Evidence* evidence, R withheld) {
     const Vector3R before = c.rotation_variances();
-    condition<2, 0>(c, PHt, S, innovation, c.velocity_response, evidence);
+    condition<2, 0>(c, PHt, S, innovation, c.velocity_response, evidence, withheld);
     const Vector3R after = c.rotation_variances();
     s.information.gain_tilt(before, after);
     s.tilt_excess.pass(T);
@@ -44,7 +44,9 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
     const bool is_evidence = !may_accelerate_long(s);
     const R hiding2 = lasting2 - density_.swell_density2;
     if (is_evidence && hiding2 > 0) note_hidden_step(s, c, S, hiding2 / s.force_s, innovation);
-    condition_on_velocity(s, c, PHt, S, innovation, s.force_s, is_evidence ? &s.steps.evidence : nullptr);
+    s.turning_force.note(s.rate_power, s.x[13]);
+    condition_on_velocity(s, c, PHt, S, innovation, s.force_s, is_evidence ? &s.steps.evidence : nullptr,
+                          s.turning_force.withheld(sigma_.force_bias));
     judge_hold(s, c.P(force_latency, force_latency));
 }
 

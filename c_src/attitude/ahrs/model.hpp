@@ -297,7 +297,10 @@ private:
     static Response<m> weighted(const Cholesky<m, R>& S, const Response<m>& stepped);
     template <int m, int first>
     static void condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence = nullptr);
+                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence = nullptr,
+                          R withheld = 0);
+    static void withhold(Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Eigen::Matrix<R, 2, errors>& Kt,
+                         const Vector2R& innovation, R share);
     template <int m, int first, int... after_first>
     static void take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
                          std::integer_sequence<int, after_first...>);
@@ -310,7 +313,7 @@ private:
     // correct_velocity.hpp
     static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                      const Vector2R& innovation, R T, Evidence* evidence);
+                                      const Vector2R& innovation, R T, Evidence* evidence, R withheld = 0);
     void correct_velocity(State& s, Correction& c, double t_s, bool rests) const;
     static void note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation);
     static void forget_velocity(State& s, Correction& c, const Matrix2R& covariance);

@@ -10,6 +10,7 @@
 #include "attitude/ahrs/motion_noise.hpp"
 #include "attitude/ahrs/reference_field.hpp"
 #include "attitude/ahrs/still_field.hpp"
+#include "attitude/ahrs/turning_force.hpp"
 #include "attitude/ahrs/vehicle_tilt.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
@@ -121,6 +122,7 @@ struct AhrsState {
     std::uint64_t corrections, gamma_raised, repaired;
     StillField<R> still_field;
     LastingMotion<R> lasting;
+    TurningForce<R> turning_force;
     VehicleTilt<R> vehicle_tilt; // of an unknown body: for readiness and stated variances
     BiasSteps<R, AhrsErrors::responding> steps;
     TiltExcess<R> tilt_excess; // rad^2, in addition to P: corrections that are not white

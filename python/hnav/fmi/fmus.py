@@ -51,10 +51,10 @@ _WARNING = 1  # the status above which a call has failed
 _FOR_READERS = ("sources/", "documentation/", "terminalsAndIcons/")
 
 
-def description_of(path: Path) -> ModelDescription:
+def description_of(path: Path | str) -> ModelDescription:
     """fmpy's description of an FMU. Do not change it: a file that has not changed is read once. Raises whatever fmpy does."""
-    found = path.stat()
-    return _description(str(path.resolve()), found.st_mtime_ns, found.st_size)
+    found = Path(path).stat()
+    return _description(str(Path(path).resolve()), found.st_mtime_ns, found.st_size)
 
 
 @lru_cache(64)
@@ -69,7 +69,7 @@ class Fmu:
     FMU's own message.
     """
 
-    def __init__(self, path: Path, model_exchange: bool = False, name: str = "instance", events: bool = False):
+    def __init__(self, path: Path | str, model_exchange: bool = False, name: str = "instance", events: bool = False):
         """events: Co-Simulation of FMI 3 with event mode, in which it is after initialisation."""
         self._events = events
         self._folder = temporary_folder("hnav_fmu_")
@@ -86,7 +86,7 @@ class Fmu:
             reason = (str(error) or type(error).__name__).splitlines()[0]
             raise HnavValueError("option", f"{path}: cannot be loaded: {reason}") from None
 
-    def _load(self, path: Path, model_exchange: bool, name: str) -> None:
+    def _load(self, path: Path | str, model_exchange: bool, name: str) -> None:
         """Description and library. Raises whatever fmpy does."""
         self.description = description_of(path)
         self.fmi3 = self.description.fmiVersion.startswith("3")
