@@ -115,9 +115,9 @@ bool less_likely(double sigmas) {
 
 } // namespace
 
-TEST(Hindsight, IsLessLikelyBetweenOneAndThreeSigmasOfTheFilter) {
-    EXPECT_FALSE(less_likely(0.9));
-    EXPECT_TRUE(less_likely(1.1));
+TEST(Hindsight, IsLessLikelyBetweenHalfOfTheVarianceOfTheFilterAndThreeSigmas) {
+    EXPECT_FALSE(less_likely(0.65));
+    EXPECT_TRUE(less_likely(0.75));
     EXPECT_TRUE(less_likely(2.9));
     EXPECT_FALSE(less_likely(3.1)); // the filter was misled
 }
