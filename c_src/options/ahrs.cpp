@@ -266,7 +266,7 @@ const OptionRow rows[] = {
     1},
     {"start_sigma_accel_bias_m_s2", text("start"), text("m/s2"),
     text("Standard deviation of each axis's bias of the accelerometer at the start"),
-    text("7 mg, of a usual chip. Where it is more, state it: with 0.2 m/s2 hands with a good sensor have 1.80 deg instead of 1.67, those with such a bias 2.50 instead of 2.78."),
+    text("7 mg, of a usual chip. Where it is more, state it: with 0.2 m/s2 recorded hands with a good sensor have 1.8 deg instead of 1.7, those with such a bias 2.5 instead of 2.8."),
     nullptr, nullptr, defaults + 72, offsetof(hnav_ahrs_options, start_sigma_accel_bias_m_s2), 0, 1000, 1, 0, HNAV_OPTION_REAL, 1,
     0, 1},
     {"start_sigma_gyro_scale", text("start"), text(""), text("Standard deviation of the gyro scale factors at the start"),

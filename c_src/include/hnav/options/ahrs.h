@@ -270,8 +270,8 @@ typedef struct hnav_ahrs_options {
      * are later. */
     double start_sigma_accel_latency;
     /* Standard deviation of each axis's bias of the accelerometer at the start.
-     * (0, 1e3] m/s2, default 0.07. 7 mg, of a usual chip. Where it is more, state it: with 0.2 m/s2 hands with a good
-     * sensor have 1.80 deg instead of 1.67, those with such a bias 2.50 instead of 2.78. */
+     * (0, 1e3] m/s2, default 0.07. 7 mg, of a usual chip. Where it is more, state it: with 0.2 m/s2 recorded hands with a
+     * good sensor have 1.8 deg instead of 1.7, those with such a bias 2.5 instead of 2.8. */
     double start_sigma_accel_bias_m_s2;
     /* Standard deviation of the gyro scale factors at the start.
      * (0, 10], default 2e-3. 0.2 %, of a sensor that was calibrated once; uncalibrated ones have up to 0.01. If it is too
