@@ -329,6 +329,8 @@ class TurningForce:
 
     def note(self, rate_power: float, T: float) -> None:
         """rate_power: integral of the squared rate over T, rad^2/s."""
+        if not T > 0:  # a second correction at one instant
+            return
         self.noted_s = min(1.0, self.noted_s + T)
         self.rate2 += (rate_power - T * self.rate2) / self.noted_s
 

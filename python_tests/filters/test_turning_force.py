@@ -7,15 +7,14 @@ import pytest
 
 from hnav import Filter
 from hnav.io.readers import read
-from hnav.reports.scores import errors_rad
+from hnav.reports.scores import score
 from studies.bench.motions import motion
 
 
 def total_error_deg(recording, force_b_m_s2, bias_sigma_m_s2: float) -> float:
     ahrs = Filter("ahrs", solver="closed_form", navigation_frame="enu", start_sigma_accel_bias_m_s2=bias_sigma_m_s2)
     run = ahrs.run(recording.t_s, recording.rate_b_rad_s, force_b_m_s2, recording.field_b_tesla)
-    moving = recording.needed("movement")
-    return float(np.degrees(np.sqrt(np.nanmean(np.square(errors_rad(run.q_nb, recording.reference_q_nb)[0][moving])))))
+    return score(run.q_nb, recording.needed("reference_q_nb"), recording.needed("movement")).total
 
 
 def test_an_arm_that_holds_its_sensor_further_out_has_no_larger_bias():

@@ -20,6 +20,7 @@ struct TurningForce {
     // rate_power: integral of the squared rate over T seconds, rad^2/s.
     void note(R rate_power, R T) {
         constexpr R memory_s = 1; // of a swing or a step
+        if (!(T > 0)) return; // a second correction at one instant
         noted_s = std::min(memory_s, noted_s + T);
         rate2 += (rate_power - T * rate2) / noted_s;
     }
