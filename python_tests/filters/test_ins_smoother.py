@@ -79,13 +79,14 @@ def test_a_second_pass_over_false_steps_is_given_up():
         assert means[1, 1, 2] < means[0, 1, 2] and means[1, 1, 0] < means[0, 1, 0], kind
 
 
-@pytest.mark.parametrize("kind, fault", [("car", "late"), ("walker", "rate_bias")])
-def test_hindsight_of_an_inconsistent_filter_is_no_worse_and_not_ready(kind, fault):
+@pytest.mark.parametrize("kind, seed, fault", [("car", 3, "late"), ("car", 3_000_004, "late"), ("walker", 4, "rate_bias")])
+def test_hindsight_of_an_inconsistent_filter_is_no_worse_and_not_ready(kind, seed, fault):
     """What an inconsistency adds to the errors is a factor of the transition too: without it the car's position is 300 m off and ready.
-    Where hindsight is beyond three sigmas of the filter, an error has stepped, and nothing is ready."""
-    rms, lies = faults.in_hindsight(faults.simulated(kind, 3 if kind == "car" else 4), fault)
-    assert rms["heading"][1] < 1.1 * rms["heading"][0]
-    assert max(lies[what][1] for what in faults.FLAGS) < 0.03
+    Where hindsight is beyond three sigmas of the filter, an error has stepped, and nothing is ready; beyond ten sigmas it ends: without that
+    the second car is 8 km off, the walker 29 m."""
+    rms, lies = faults.in_hindsight(faults.simulated(kind, seed), fault)
+    assert rms["heading"][1] < 1.1 * rms["heading"][0] and rms["position"][1] < 1.3 * rms["position"][0]
+    assert max(lies[what][1] - lies[what][0] for what in faults.FLAGS) < 0.03
 
 
 def test_an_uncertain_heading_leaves_the_tilt_a_sigma():
@@ -111,7 +112,8 @@ def test_rows_from_before_the_heading_was_found_navigate_from_the_first_sample_o
     filtered, smoothed = both(samples)
     assert (filtered.phase < NAVIGATING).sum() > 500 and (smoothed.phase == NAVIGATING).all()
     error = wrapped(smoothed.heading_rad - truth.heading_rad())
-    assert np.abs(error).max() < np.radians(1.5) and smoothed.ready[:, 1].mean() > 0.99
+    assert np.abs(error / smoothed.sigma_rotation_rad[:, 2]).max() < 3 and smoothed.ready[:, 1].mean() > 0.9
+    assert np.abs(error).max() < np.radians(2)
     assert (smoothed.heading_second[:, 1] == 0).all()
     # Rows between corrections, and between pieces of the way back, lie on one path.
     away = np.diff(earth.position_of(smoothed.place), axis=0) - np.diff(truth.position_e, axis=0)

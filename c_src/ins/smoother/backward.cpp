@@ -8,6 +8,14 @@ constexpr double linear_rad = 0.005; // sigma of a heading at which the linearis
 // and those of a walker are degrees off after minutes.
 constexpr double sharper = 2;
 
+// Returns false, and leaves `now` the filter's, where hindsight is of no use: the way back begins again.
+bool Smoother::now_from(const State& filtered, const Later& later, Hindsight* now) {
+    Hindsight smoothed = *now;
+    if (!step_back(later.step, later.hindsight, &smoothed) || !is_of_use(filtered, smoothed)) return false;
+    *now = smoothed;
+    return true;
+}
+
 void Smoother::go_back(const Way& way, const Target* target) {
     Later later{};
     bool covered = false, tried = false; // a second pass has covered the rest before this node; it has been tried
@@ -19,7 +27,7 @@ void Smoother::go_back(const Way& way, const Target* target) {
             if (!covered) {
                 Hindsight now{{}, Covariance::of(node.state)};
                 if (target) now = seen_from(node.state, *target);
-                else if (later.known) later.known = step_back(later.step, later.hindsight, &now);
+                else if (later.known) later.known = now_from(node.state, later, &now);
                 target = nullptr;
                 write_rows(nodes, now, later, &rows);
                 later = {linked, node.state.last_event_s, node.step, before_samples(node.step, now, node.state)};

@@ -144,6 +144,15 @@ Hindsight seen_from(const State& state, const Target& target) {
     return h;
 }
 
+bool is_of_use(const State& filtered, const Hindsight& h) {
+    constexpr double most_sigmas = 10; // of the filter: chosen
+    for (int i = 0; i < moved; ++i) {
+        const double off2 = i < row_v ? square(h.error[i]) : 0; // the displacement is what fixes observe
+        if (!(std::fmax(h.P[i][i], off2) <= square(most_sigmas) * filtered.P[packed(i, i)])) return false;
+    }
+    return true;
+}
+
 bool is_expected(const State& filtered, const Hindsight& h, int row, int rows) {
     constexpr double most_sigmas = 3;
     for (int i = row; i < row + rows; ++i)

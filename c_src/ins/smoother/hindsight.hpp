@@ -23,6 +23,9 @@ struct Target {
 bool step_back(const Step& step, const Hindsight& after, Hindsight* now);
 // The target as an error of a state.
 Hindsight seen_from(const State& state, const Target& target);
+// Whether hindsight is of use: with more samples it is sharper than the filter, and where the fixes are, unless inconsistencies have enlarged
+// it one after another. Without this limit the positions of an aircraft whose gyroscope steps are 2 km off, with it 2 m.
+bool is_of_use(const State& filtered, const Hindsight& h);
 // Whether hindsight is where the filter expected it: beyond that an error has stepped, or the linearisation is another one.
 bool is_expected(const State& filtered, const Hindsight& h, int row, int rows);
 // The error before the samples of the step that led to the state `after`, in the axes before its anchor moved.

@@ -68,6 +68,7 @@ private:
     void note_row(const Model& model, const State& s, std::size_t row, std::size_t nodes);
 
     // backward.cpp
+    static bool now_from(const State& filtered, const Later& later, Hindsight* now);
     void go_back(const Way& way, const Target* target);
     void write_rows(std::size_t k, const Hindsight& now, const Later& later, std::size_t* rows);
     void write_row(const State& node, const RowOfPiece& row, const Hindsight& now, const Later& later);

@@ -3,7 +3,8 @@
 // The filter runs once over the recording. A backward pass then smooths each correction (Rauch, Tung, Striebel 1965), in the error state
 // and with the filter's own transition. The part before the heading was found is filtered again, linearised about the smoothed
 // attitude, with wide priors for everything but the sensor errors. So its rows are navigation too, from the first sample on. A gap
-// that is too long and a loss of the state end the backward pass; where a heading was never found the filter's rows stay.
+// that is too long and a loss of the state end the backward pass, and hindsight that has become far less certain than the filter; it
+// begins again before them. Where a heading was never found the filter's rows stay.
 //
 // Only checkpoints of the forward pass are kept; a piece between two of them is run again when the backward pass reaches it.
 #pragma once
