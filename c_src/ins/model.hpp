@@ -207,6 +207,7 @@ private:
         double heading, tilt, velocity, position;
     };
     Spread spread(const State& s, const Covariance& P) const;
+    bool is_found(const State& s, const Spread& now, double now_s) const;
     void take_free(State& s, const Matrix3& gyro_before, Covariance& P, const Measurement& m, double* error) const;
     void weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;
@@ -230,7 +231,6 @@ private:
     double misfit(const State& s, double now_s) const;
     static bool judges_velocity(const State& s, double now_s);
     void enlarge(Covariance& P, int row, int count, double factor, double largest) const;
-    void admit_wrong_tilt(State& s, Covariance& P, double now_s) const;
     void inflate_inconsistent(State& s, Covariance& P, double now_s) const;
     static void judge_velocity(State& s, const Event& event);
     bool recovers(const State& s) const;

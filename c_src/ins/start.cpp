@@ -57,7 +57,6 @@ void Model::begin_levelling(State& s) const {
     s.begin_monitors();
     s.contradiction.begin();
     s.strain = 1;
-    s.tilt_excess = {};
     for (int c = 0; c < channel_count; ++c) {
         s.refused_in_row[c] = 0;
         s.refused_since_s[c] = nan;

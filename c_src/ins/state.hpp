@@ -7,7 +7,6 @@
 
 #include "estimation/consistency.hpp"
 #include "estimation/steps.hpp"
-#include "estimation/tilt_excess.hpp"
 #include "hnav/options/ins.h"
 #include "hybrid/event.hpp"
 #include "ins/aid_agreement.hpp"
@@ -192,7 +191,6 @@ struct State {
     double restarted_s, bias_inflation; // time of the last restart; factor on the prior sigmas of the biases
     double heading_inflation; // factor on the variance of external headings
     double nis_mean;
-    TiltExcess<double> tilt_excess; // corrections of the tilt that are not white; used while the heading is searched
     double strain, strained_since_s; // mean NIS of aids that rarely fail; time since it has been large, NaN: it is not
     double information_tilt, information_heading, information_velocity, information_position;
     double gained_nats[channel_count]; // information about the heading, by channel

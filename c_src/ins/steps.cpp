@@ -38,7 +38,7 @@ void Model::take_steps(State& s, Covariance& P, int window, const Steps<may_step
 }
 
 // Looks for steps when innovations may be explained by them much better than by none. While the heading is searched, errors of the linearisation
-// look like steps: one of 160 trains with consumer sensors would have a wrong tilt that is ready for two thirds of its time.
+// look like steps: ships would not find their heading.
 void Model::admit_steps(State& s, Covariance& P, double now_s) const {
     if (is_free(s)) return;
     // Sigmas of the steps of usual faults, and limit: chosen. By chance a window exceeds the limit with a probability of 1e-4.

@@ -544,11 +544,12 @@ def test_a_step_of_the_accelerometer_is_known_as_such_once_positions_agree_with_
 
 
 def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():
-    """After 30 s: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
+    """At the first row with an estimate: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
     samples, _ = vehicle("quadrotor", "industrial", 3, 60.0)
 
     def tilt(**options):
-        return navigate(samples, hnav.Ins("industrial", **FAST, **options)).sigma_rotation_rad[3000, :2].mean()
+        sigma = navigate(samples, hnav.Ins("industrial", **FAST, **options)).sigma_rotation_rad[:, :2]
+        return sigma[np.isfinite(sigma[:, 0])][500].mean()
 
     np.testing.assert_allclose(tilt(gyro_hold="forward"), tilt(), rtol=0.01)
     assert tilt(gyro_hold="forward", vibration_share=0.0) < 0.5 * tilt()
@@ -659,10 +660,12 @@ def test_zeros_before_the_first_fix_are_left_without_a_ready_and_wrong_position(
     assert error["position"][-1] < 5
 
 
-def test_a_step_of_the_force_while_the_heading_is_searched_leaves_no_ready_and_wrong_tilt():
-    """Its corrections in one direction widen the tilt. Without that it was wrong and ready for 63 % of the time."""
+def test_a_step_of_the_force_before_the_heading_is_ready_leaves_no_ready_and_wrong_tilt():
+    """The heading of a quadrotor is found long before it is ready, and steps are looked for from then on. Found at a spread of 4 deg only,
+    the tilt was wrong and ready for 63 % of the time."""
     drive = simulated("quadrotor", 4_000_003)
     spoilt, begin_s, _ = drive.with_fault("force_bias")
     run = drive.run(spoilt)
     after = drive.truth.t_s[EVERY - 1 :: EVERY] > begin_s + 10
-    assert lying(run, errors(run, drive.truth))["tilt"][after].mean() < 0.25
+    assert not run.ready[:, 1][drive.truth.t_s[EVERY - 1 :: EVERY] < begin_s].all()
+    assert lying(run, errors(run, drive.truth))["tilt"][after].mean() < 0.02

@@ -1,9 +1,9 @@
-// Tests the stated sigma of the tilt by its corrections. For the AHRS, and the INS while it searches the heading.
+// Tests the stated sigma of the tilt by its corrections.
 //
 // In a filter whose models are valid the corrections are white, and the covariance of each is what it takes out of P (Mehra 1970). So
 // their sum over a time has a known variance. An acceleration that lasts longer than the filter allows for turns the horizon by many
 // corrections in one direction, and the square of the sum exceeds that variance. The excess is the variance of a tilt error that P does
-// not contain: the AHRS adds it to the output variance, where it changes no gain; the INS widens P when it is large.
+// not contain, and is added to the output variance, where it changes no gain.
 #pragma once
 
 #include "maths/rotation.hpp"
@@ -16,7 +16,7 @@ namespace hnav {
 // Part of a filter's state: numbers of one kind only.
 template <class R>
 struct TiltExcess {
-    // The longest time scale of accelerations, as in attitude/ahrs/lasting_motion.hpp. With a shorter time the variance decays before the
+    // The longest time scale of accelerations, as in lasting_motion.hpp. With a shorter time the variance decays before the
     // horizon is right again; with a longer one the gyro drift contained in P hides the excess.
     static constexpr R memory_s = R(12.5);
 
