@@ -101,6 +101,7 @@ def test_a_command_that_was_killed_twice_goes_on_to_the_same_tables(logs, alone,
     assert refused.returncode == 2 and "is something else" in refused.stderr
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_tables(logs, alone, tmp_path):
     distributed = pytest.importorskip("distributed", reason="distributed is not installed: one worker only")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:

@@ -591,7 +591,9 @@ def test_the_simulation_is_its_own_truth():
     assert np.isfinite(samples.rate_b_rad_s).all() and len(samples.t_s) == len(at)
 
 
-@pytest.mark.parametrize("fixes", WAYS, ids=lambda fixes: fixes.text)
+@pytest.mark.parametrize(
+    "fixes", [pytest.param(way, marks=[pytest.mark.slow] * way.with_field) for way in WAYS], ids=lambda fixes: fixes.text
+)
 def test_a_hand_that_moves_about_gets_its_heading_without_a_magnetometer(broad_trials, fixes):
     every_fourth = trials(next(iter(broad_trials.values())).parent)[::4]
     found = pd.concat([minutes_of(path, fixes) for path in every_fourth])

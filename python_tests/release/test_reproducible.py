@@ -84,6 +84,7 @@ def test_packages_made_twice_are_the_same_bytes(tmp_path):
     assert {(m.mtime, m.uid, m.gid, m.uname, m.gname) for m in found} == {(1_700_000_000, 0, 0, "root", "root")}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("cc"), reason="no C compiler is installed")
 def test_a_wheel_made_twice_is_the_same_bytes(tmp_path, monkeypatch, open_umask):
     lacking = {"setuptools", "wheel"} - {d.name for d in distributions()}

@@ -26,6 +26,7 @@ def test_a_gap_takes_rows_and_jitter_keeps_them(turntable):
     assert late.min() >= 0 and INTERVAL_S / 4 < late.max() <= INTERVAL_S / 2
 
 
+@pytest.mark.slow
 def test_ascent_stays_below_the_bound_and_finds_a_bound_that_is_too_small(turntable):
     record = recorded(DAMAGES["5 rows lost"](turntable.recording), turntable.settings)
     short = GainRecord(record.name, record.corrections[495:510], record.largest_difference)

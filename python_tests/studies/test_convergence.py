@@ -85,6 +85,7 @@ def test_the_rate_of_the_earth_corrects_a_heading_at_rest():
     assert times_table(found, {"": (AT_REST, 5.0)}, "").row_count == 1 and cell(found[AT_REST, 5.0, 5.0]) == "-, -, 50 %"
 
 
+@pytest.mark.slow
 def test_gamma_is_shown_between_the_filter_without_it_and_one_that_follows_noise():
     found = pd.DataFrame([gamma.measured(case, 2) for case in (("off", 0.0), ("relative", 1.5), ("relative", 20.0))])
     assert found.rmse_deg.is_monotonic_increasing and found.sigma_deg.is_monotonic_increasing

@@ -39,6 +39,7 @@ def test_a_command_that_is_interrupted_leaves_the_old_output_or_the_new_one(name
     assert table([trial]).row_count == 3
 
 
+@pytest.mark.slow
 def test_a_command_that_writes_bit_by_bit_is_found_out(tmp_path, monkeypatch):
     def write_slowly(contents):
         for path, pieces in contents.items():

@@ -143,6 +143,7 @@ def test_the_table_counts_each_mutant_once():
     assert last == ["all", "4", "1", "1", "0", "1", "1", "67"]
 
 
+@pytest.mark.slow
 def test_one_percent_of_the_mutants_is_noticed(tmp_path):
     """Two mutants of the convention of rotations, which one small test program detects."""
     path = "maths/rotation.hpp"

@@ -55,6 +55,7 @@ def test_the_table_has_a_row_for_each_plant(monkeypatch):
     assert answer.returncode == 0 and "functions in Python" in answer.stdout and "pendulum with a stop" in answer.stdout
 
 
+@pytest.mark.slow
 def test_figures_beside_what_they_have_to_be(monkeypatch):
     monkeypatch.setattr(laws, "RUNS", 1)
     found = list(laws.results())

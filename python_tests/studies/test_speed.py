@@ -31,6 +31,7 @@ def test_the_sources_are_pinned_by_their_hash():
     assert pins and all(re.fullmatch(r"\w+==[\d.]+ --hash=sha256:[0-9a-f]{64}", pin) for pin in pins)
 
 
+@pytest.mark.slow
 @needs_recordings
 @needs_library
 @needs_sources
