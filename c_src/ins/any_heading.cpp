@@ -180,7 +180,7 @@ void Model::weigh_heading(State& s, Covariance& P, double alpha_rad, double vari
     centre(s, P, true);
     const Spread after = spread(s, P);
     note_gain(s, ins::heading, before, after);
-    if (is_found(s, after, s.last_event_s)) collapse(s, P);
+    if (std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
 namespace {
@@ -239,13 +239,6 @@ void Model::admit_lag(const State& s, Covariance& P) {
         for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j];
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency];
-}
-
-// At rest the rate of the Earth alone shows the heading. Corrections that turn the linearisation then make the gyro bias look observable, by
-// more the larger the sigma is, while the search stays exact: with the same limit as in motion tactical gyroscopes have z2 11.7 instead of .9.
-bool Model::is_found(const State& s, const Spread& now, double now_s) const {
-    const double share = at_rest(s, now_s) ? 0.5 : 1; // chosen
-    return std::sqrt(now.heading) < share * options_.heading_found_rad;
 }
 
 // The heading is found: turns the state by alpha. From here on the filter is a usual error-state filter.

@@ -106,7 +106,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     else apply(s, P, c.error);
     const Spread after = spread(s, P);
     note_gain(s, m.channel, before, after);
-    if (is_free(s) && is_found(s, after, event.t_s)) collapse(s, P);
+    if (is_free(s) && std::sqrt(after.heading) < options_.heading_found_rad) collapse(s, P);
 }
 
 // Adds variance to a row, without correlation to others.

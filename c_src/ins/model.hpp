@@ -150,6 +150,7 @@ private:
     static void put_gravity(State& s);
 
     // covariance.cpp
+    Vector3 transition_force(const State& s, const Vector3& raw) const;
     void gather(State& s, double interval_s) const;
     // Returns the share of the tilt error that turn_tilt keeps.
     double propagate(const State& s, Covariance& P, double* mean) const;
@@ -207,7 +208,6 @@ private:
         double heading, tilt, velocity, position;
     };
     Spread spread(const State& s, const Covariance& P) const;
-    bool is_found(const State& s, const Spread& now, double now_s) const;
     void take_free(State& s, const Matrix3& gyro_before, Covariance& P, const Measurement& m, double* error) const;
     void weigh_heading(State& s, Covariance& P, double alpha_rad, double variance, double share) const;
     double nis_given_heading(const State& s, const Covariance& P, const Measurement& m) const;

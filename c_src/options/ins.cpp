@@ -157,7 +157,7 @@ const OptionRow rows[] = {
     text("Long enough to average GNSS noise, short enough for the gyro drift; 10 for ships and vibrating aircraft."),
     nullptr, nullptr, defaults + 42, offsetof(hnav_ins_options, level_window_s), 0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"heading_found_rad", text("start"), text("rad"),
-    text("Spread of the heading over the whole circle at which the heading is found; half of it at rest"),
+    text("Spread of the heading over the whole circle at which the heading is found"),
     text("The probability of all other headings is then below 0.002. With 4 deg the heading of consumer ships has z2 3.9 instead of 2.1."),
     nullptr, nullptr, defaults + 43, offsetof(hnav_ins_options, heading_found_rad), 0, 0.3, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
     {"rest_rate_rad_s", text("rest"), text("rad/s"),

@@ -166,7 +166,7 @@ typedef struct hnav_ins_options {
      * (0, 1e3] s, default 5. Long enough to average GNSS noise, short enough for the gyro drift; 10 for ships and
      * vibrating aircraft. */
     double level_window_s;
-    /* Spread of the heading over the whole circle at which the heading is found; half of it at rest.
+    /* Spread of the heading over the whole circle at which the heading is found.
      * (0, 0.3] rad, default 8 deg. The probability of all other headings is then below 0.002. With 4 deg the heading of
      * consumer ships has z2 3.9 instead of 2.1. */
     double heading_found_rad;
