@@ -544,7 +544,7 @@ def test_a_step_of_the_accelerometer_is_known_as_such_once_positions_agree_with_
 
 
 def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for():
-    """At the first row with an estimate: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
+    """Five seconds after the first estimate: later the innovations contradict a sigma that leaves the vibration out, and it is widened too."""
     samples, _ = vehicle("quadrotor", "industrial", 3, 60.0)
 
     def tilt(**options):
@@ -635,7 +635,7 @@ def test_fixes_that_are_repeated_are_no_more_fixes(kind):
 
 
 def test_bends_of_an_aircraft_that_searches_its_heading_do_not_widen_its_tilt():
-    """They correct it in one direction by more than 5 sigmas. With that as the limit the tilt was 9 deg off and did not recover."""
+    """They correct it in one direction by more than 5 sigmas. A filter that widened it by that was 9 deg off and did not recover."""
     samples, truth = vehicle("aircraft", "industrial", 3_000_020, 150.0)
     run = hnav.Ins("industrial").run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, EVERY)
     off = errors(run, truth)

@@ -107,13 +107,13 @@ def test_the_last_row_is_the_filters_and_nothing_of_the_filter_moves(drive):
     assert ins.save() == state
 
 
-def test_rows_from_before_the_heading_was_found_navigate_from_the_first_sample_on(drive):
-    samples, truth = drive
+def test_rows_from_before_the_heading_was_found_navigate_from_the_first_sample_on():
+    samples, truth = vehicle("car", "industrial", 12, 40.0)
     filtered, smoothed = both(samples)
     assert (filtered.phase < NAVIGATING).sum() > 500 and (smoothed.phase == NAVIGATING).all()
     error = wrapped(smoothed.heading_rad - truth.heading_rad())
-    assert np.abs(error / smoothed.sigma_rotation_rad[:, 2]).max() < 3 and smoothed.ready[:, 1].mean() > 0.9
-    assert np.abs(error).max() < np.radians(2)
+    assert np.abs(error).max() < np.radians(1.5) and smoothed.ready[:, 1].mean() > 0.99
+    assert np.abs(error / smoothed.sigma_rotation_rad[:, 2]).max() < 3
     assert (smoothed.heading_second[:, 1] == 0).all()
     # Rows between corrections, and between pieces of the way back, lie on one path.
     away = np.diff(earth.position_of(smoothed.place), axis=0) - np.diff(truth.position_e, axis=0)
