@@ -263,6 +263,7 @@ bool calibrate_magnetometer(Index n, const double* field, const double* force, c
     }
     gather(n, field, force, s);
     c->samples = s.count;
+    drop_wild(s);
     Vector3 middle;
     double scale;
     normalise(s, &middle, &scale);

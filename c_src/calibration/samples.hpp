@@ -53,6 +53,31 @@ inline void gather(Index n, const double* field, const double* force, Samples& s
     }
 }
 
+// Omits rows that no field at the place explains, such as the overflow of a chip: one of them among thousands would
+// determine the mean, the scale and the plane of all. Others are left to the weights of the fit.
+inline void drop_wild(Samples& s) {
+    constexpr double share = 0.99;  // chosen: a sensor at rest for nearly the whole recording still has its motion beyond it
+    constexpr double farthest = 10; // chosen: points of an ellipsoid are at most two long axes apart
+    if (s.count == 0) return;
+    Columns z = s.z(), a = s.a();
+    Values distance = s.residual(), scratch = s.scratch();
+    Vector3 middle;
+    for (int k = 0; k < 3; ++k) {
+        scratch = z.row(k).transpose();
+        middle[k] = median(scratch.data(), s.count);
+    }
+    for (Index i = 0; i < s.count; ++i) scratch[i] = distance[i] = (z.col(i) - middle).norm();
+    const double limit = farthest * quantile(scratch.data(), s.count, share);
+    Index kept = 0;
+    for (Index i = 0; i < s.count; ++i) {
+        if (distance[i] > limit) continue;
+        z.col(kept) = z.col(i).eval();
+        a.col(kept) = a.col(i).eval();
+        ++kept;
+    }
+    s.count = kept;
+}
+
 // z <- (z - middle) / scale, with the mean and the root mean square distance from it.
 inline void normalise(Samples& s, Vector3* middle, double* scale) {
     Columns z = s.z();

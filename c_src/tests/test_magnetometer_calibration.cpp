@@ -256,6 +256,24 @@ TEST(MagnetometerCalibration, FivePercentOfOutliersCostThePlainFitDegreesAndTheR
     EXPECT_GE(middle(plain), 3 * middle(robust));
 }
 
+// The overflow of a chip, up to a tesla where the field of the Earth is 50 microtesla.
+TEST(MagnetometerCalibration, SamplesThatNoFieldExplainsChangeNothing) {
+    const Recording clean = record({600, 54 * deg, 0.002, 0.01}, 3);
+    const Answer right = calibrate(clean);
+    ASSERT_EQ(right.status, HNAV_OK) << right.message;
+    for (const double size : {3.0, 10.0, 30.0, 100.0, 1e4, 2e4}) {
+        Recording r = clean;
+        for (const std::size_t i : {100U, 350U, 351U, 580U}) {
+            r.field[i] = size * Vector3(0.6, -0.48, 0.64);
+            r.outlier[i] = true;
+        }
+        const Answer a = calibrate(r);
+        ASSERT_EQ(a.status, HNAV_OK) << size << ": " << a.message;
+        EXPECT_EQ(a.c.samples, r.size());
+        EXPECT_LT(direction_error(r, a), 1.1 * direction_error(r, right)) << size;
+    }
+}
+
 TEST(MagnetometerCalibration, TheStatedErrorCoversNineOfTenAndIsNotTwiceTheTrueOne) {
     double errors = 0, sigmas = 0;
     int covered = 0;
