@@ -88,21 +88,8 @@ def cache_folder() -> Path:
 def download(folder: Path) -> None:
     """Downloads the wheel into the folder with pip, from its configured index."""
     folder.mkdir(parents=True, exist_ok=True)
-    command = [
-        sys.executable,
-        "-m",
-        "pip",
-        "download",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--no-deps",
-        "--only-binary=:all:",
-        "--retries=1",
-        "--timeout=10",
-        "--dest",
-        str(folder),
-        f"{PACKAGE}=={VERSION}",
-    ]
+    asked = ["--quiet", "--disable-pip-version-check", "--no-deps", "--only-binary=:all:", "--retries=1", "--timeout=10"]
+    command = [sys.executable, "-m", "pip", "download", *asked, "--dest", str(folder), f"{PACKAGE}=={VERSION}"]
     try:
         done = subprocess.run(command, capture_output=True, timeout=PATIENCE_S, check=False)
         fetched = done.returncode == 0 and (folder / WHEEL).is_file()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from hnav.io.readers.unit_names import words_of
+
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
     "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
@@ -55,37 +57,9 @@ _NAMES = {
     "received_s": "received receivedat arrival arrived timereceived treceived",
 }
 _STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}
-_FILLERS = {
-    "gps",
-    "gnss",
-    "fix",
-    "satellite",
-    "satellites",
-    "nav",
-    "pos",
-    "position",
-    "location",
-    "ned",
-    "raw",
-    "data",
-    "sensor",
-    "ublox",
-    "ubx",
-}
+_FILLERS = words_of("gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx")
 # These names alone are too short, or too common, to identify a column.
-_ONLY_WITH_UNIT_OR_FILLER = {
-    "velocity",
-    "vel",
-    "accuracy",
-    "odometry",
-    "track",
-    "direction",
-    "height",
-    "long",
-    "ele",
-    "press",
-    "baro",
-}
+_ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)
 ABOVE_ELLIPSOID = re.compile("wgs.?84|ellips", re.IGNORECASE)
 """Names of heights that state what they are above."""

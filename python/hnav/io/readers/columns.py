@@ -10,16 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, PER, ROLES, aid_column, aid_unit
-from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit
+from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_of
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
 """Roles of a table with all samples that a filter needs."""
-
-
-def _words(text: str) -> frozenset[str]:
-    return frozenset(text.split())
-
 
 STEMS = {
     "gyro": "g w gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
@@ -30,11 +25,11 @@ STEMS = {
 }
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
 # Words of columns that are not raw readings of a sensor.
-NOT_READ = _words(
+NOT_READ = words_of(
     "free gravity user bias sigma std cov covariance var delta vel quat quaternion euler ref truth gps abs absolute norm "
     "increment inc heading location angle sum error noise scale stddev"
 )
-FILLERS = _words(
+FILLERS = words_of(
     "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
 # Prefers the low-noise accelerometer to that of wide range beside it (Shimmer).
@@ -50,17 +45,17 @@ QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
 
 OF_APPLE = ["accelerometer", "acceleration"]
 """accelerometerAccelerationX of SensorLog: Apple's accelerometers measure the negative specific force."""
-DESCRIBED = FILLERS - {"raw"} | _words("left right front back body frame axis x y z hand foot leg arm head chest")
+DESCRIBED = FILLERS - {"raw"} | words_of("left right front back body frame axis x y z hand foot leg arm head chest")
 """Texts in brackets after a name that are no units."""
 
-TIME_STEMS = _words(
+TIME_STEMS = words_of(
     "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
-TIME_FILLERS = _words(
+TIME_FILLERS = words_of(
     "sample sensor log logging rtc unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
 )
 
-CLOCKS = _words("rtc unix tow elapsed utc startup boot reboot")
+CLOCKS = words_of("rtc unix tow elapsed utc startup boot reboot")
 """Of these fillers one alone may be a column of times."""
 
 OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}

@@ -19,6 +19,11 @@ WORDS = (
 )  # fmt: skip
 
 
+def words_of(text: str) -> frozenset[str]:
+    """Those of a list, parted by blanks."""
+    return frozenset(text.split())
+
+
 PER_TIME = re.compile(r"/|per|s *\^?[-−⁻]|dps|rpm")
 
 
@@ -41,23 +46,7 @@ for _quantity in SPELLED:
     SPELLED[_quantity].pop("r", None)
     SPELLED[_quantity].pop("d", None)  # alone these name an axis or nothing
 
-COUNTS = {
-    "lsb",
-    "lsbs",
-    "count",
-    "counts",
-    "cnt",
-    "cnts",
-    "raw",
-    "adc",
-    "digit",
-    "digits",
-    "ticks",
-    "int16",
-    "i16",
-    "code",
-    "codes",
-}
+COUNTS = words_of("lsb lsbs count counts cnt cnts raw adc digit digits ticks int16 i16 code codes")
 
 
 def spelled_unit(quantity: str, text: str) -> str | None:
