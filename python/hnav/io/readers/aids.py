@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,14 +43,11 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
     nothing = np.full(len(t_s), np.nan)
     samples = {}
     for kind, read in found.items():
-        if read is None:
-            continue
-        sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
-        sigma = np.where(sigma > 0, sigma, np.nan)
-        above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
-        one = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
-        samples[kind] = one.rows(present(kind, one))
-    return samples
+        if read is not None:
+            sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
+            above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
+            samples[kind] = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
+    return whole(samples)
 
 
 def lonely(roles: Collection[str]) -> Iterator[str]:
@@ -68,11 +66,16 @@ def lonely(roles: Collection[str]) -> Iterator[str]:
         yield f"velocities were left out: {there} without {other}"
 
 
-def present(kind: str, one: AidSamples) -> np.ndarray:
-    """Which rows hold a sample."""
-    needed = 2 if kind == "velocity" else len(AIDS[kind])
-    there: np.ndarray = np.isfinite(one.values[:, :needed]).all(axis=1) & np.isfinite(one.arrived_s) & np.isfinite(one.t_s)
-    return np.asarray(there & (one.values[:, :2] != 0).any(axis=1)) if kind == "position" else there
+def whole(found: Mapping[str, AidSamples], known: np.ndarray | bool = True) -> dict[str, AidSamples]:
+    """By kind, the known rows that hold a sample; a sigma that is not above 0 is none."""
+    kept = {}
+    for kind, one in found.items():
+        needed = 2 if kind == "velocity" else len(AIDS[kind])
+        rows = np.isfinite(one.values[:, :needed]).all(axis=1) & np.isfinite(one.arrived_s) & np.isfinite(one.t_s) & known
+        if kind == "position":
+            rows &= (one.values[:, :2] != 0).any(axis=1)
+        kept[kind] = replace(one, sigma=np.where(one.sigma > 0, one.sigma, np.nan)).rows(rows)
+    return kept
 
 
 def _position(given: Mapping[str, np.ndarray]) -> np.ndarray | None:

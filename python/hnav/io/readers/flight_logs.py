@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import along, present
+from hnav.io.readers.aids import along, whole
 from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import encoding_of, parse, raw_of
 from hnav.io.recordings import ARRAYS, RecordingError
@@ -90,9 +90,8 @@ def _satellites(rows: dict[str, list[dict[str, Any]]]) -> dict[str, AidSamples]:
     velocity[:, 2] = _column(gps, "VZ")
     spread = np.stack([_column(stated, name) for name in ("HAcc", "HAcc", "VAcc")], axis=1)
     rate_spread = np.stack([_column(stated, "SAcc")] * 3, axis=1)
-    found = {"position": AidSamples(t_s, place, spread, above_sea=above_sea), "velocity": AidSamples(t_s, velocity, rate_spread)}
-    known = {kind: replace(one, sigma=np.where(one.sigma > 0, one.sigma, np.nan)) for kind, one in found.items()}
-    return {kind: one.rows(present(kind, one)) for kind, one in known.items()}
+    position = AidSamples(t_s, place, spread, above_sea=above_sea)
+    return whole({"position": position, "velocity": AidSamples(t_s, velocity, rate_spread)})
 
 
 def _pressure(rows: dict[str, list[dict[str, Any]]]) -> dict[str, AidSamples]:
@@ -125,11 +124,10 @@ def read_betaflight(path: Path, wishes: Wishes) -> Raw:
         )
     header_1g = ACC_1G.search(data[: header.start()])
     count = int(header_1g.group(1)) if header_1g else USUAL_1G
-    names = {
-        "time": "t_s",
-        **{f"gyroADC[{i}]": f"g{a}" for i, a in enumerate("xyz")},
-        **{f"accSmooth[{i}]": f"a{a}" for i, a in enumerate("xyz")},
+    axes = {
+        f"{name}[{i}]": f"{role}{axis}" for name, role in (("gyroADC", "g"), ("accSmooth", "a")) for i, axis in enumerate("xyz")
     }
+    names = {"time": "t_s", **axes}
     there = [cell.strip().strip('"') for cell in header.group().decode("utf-8", "replace").split(",")]
     columns = {role: cell for cell in there for name, role in names.items() if cell == name or cell.startswith(f"{name} (")}
     text = data[header.start() :]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import along, present
+from hnav.io.readers.aids import along, whole
 from hnav.io.readers.streams import Raw, Wishes, alone
 from hnav.io.recordings import RecordingError
 
@@ -89,26 +89,15 @@ class _Log:
                 height = _number(cells[8]) + (_number(cells[10]) if cells[10] else 0.0)
                 self._above_sea = self._above_sea or not cells[10]
                 spread = RANGE_ERROR_M * _number(cells[7])
-                self._places.append(
-                    (
-                        self._time(cells[0]),
-                        logged_s,
-                        _angle(cells[1], cells[2]),
-                        _angle(cells[3], cells[4]),
-                        height,
-                        spread,
-                        1.5 * spread,
-                    )
-                )
+                t_s, latitude, longitude = self._time(cells[0]), _angle(cells[1], cells[2]), _angle(cells[3], cells[4])
+                self._places.append((t_s, logged_s, latitude, longitude, height, spread, 1.5 * spread))
             elif kind == "RMC" and cells[1] == "A":
                 speed, t_s = _number(cells[6]), self._time(cells[0])
                 self._velocities.append((t_s, logged_s, speed * KNOT_M_S, np.radians(_number(cells[7]) if speed else 0.0)))
                 self._date(cells[8])
             elif kind == "GST":
-                self._sigmas[self._time(cells[0])] = (
-                    float(np.hypot(_number(cells[5]), _number(cells[6])) / np.sqrt(2)),
-                    _number(cells[7]),
-                )
+                horizontal, vertical = np.hypot(_number(cells[5]), _number(cells[6])) / np.sqrt(2), _number(cells[7])
+                self._sigmas[self._time(cells[0])] = float(horizontal), vertical
         except (ValueError, IndexError):
             pass  # cut off, or without a number: no sample
 
@@ -118,15 +107,12 @@ class _Log:
         if self._places:
             table = np.array(self._places)
             sigma = np.array([(h, h, v) for h, v in (self._sigmas.get(row[0], (row[5], row[6])) for row in self._places)])
-            found["position"] = AidSamples(
-                self._times(table), table[:, 2:5], np.where(sigma > 0, sigma, np.nan), above_sea=self._above_sea
-            )
+            found["position"] = AidSamples(self._times(table), table[:, 2:5], sigma, above_sea=self._above_sea)
         if self._velocities:
             table = np.array(self._velocities)
             velocity = along(table[:, 2], table[:, 3])
             found["velocity"] = AidSamples(self._times(table), velocity, np.full_like(velocity, np.nan))
-        kept = {kind: one.rows(present(kind, one)) for kind, one in found.items()}
-        return {kind: one for kind, one in kept.items() if len(one.t_s)}
+        return {kind: one for kind, one in whole(found).items() if len(one.t_s)}
 
     def newest(self) -> dict[str, float]:
         """Samples since the last call, by column names."""
@@ -135,9 +121,8 @@ class _Log:
         self._places.clear()
         self._velocities.clear()
         if one := found.get("position"):
-            values = dict(
-                zip(("lat_deg", "lon_deg", "alt_m"), [*np.degrees(one.values[-1, :2]).tolist(), float(one.values[-1, 2])])
-            )
+            values = dict(zip(("lat_deg", "lon_deg"), np.degrees(one.values[-1, :2]).tolist()))
+            values |= {"alt_m": float(one.values[-1, 2])}
             values |= {"sigma_h": float(one.sigma[-1, 0]), "sigma_v": float(one.sigma[-1, 2])}
         if one := found.get("velocity"):
             values |= dict(zip(("vn", "ve"), one.values[-1].tolist()))

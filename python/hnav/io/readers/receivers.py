@@ -9,12 +9,14 @@ from xml.etree import ElementTree
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import present
+from hnav.io.readers.aids import whole
 from hnav.io.readers.streams import Raw, Wishes, alone, cannot_be_read, library
 from hnav.io.recordings import RecordingError
 
 SYNC = b"\xb5\x62"
 FIX_3D = 3
+IN_MM = ("height", "hAcc", "vAcc", "velN", "velE", "velD", "sAcc")
+"""Fields of NAV-PVT in mm and mm/s."""
 
 
 def is_ubx(path: Path, head: bytes) -> bool:
@@ -25,25 +27,21 @@ def read_ubx(path: Path, wishes: Wishes) -> Raw:
     """Positions and velocities of NAV-PVT, times by GPS week and UTC. Raises RecordingError."""
     alone(path, wishes)
     pyubx2 = library("pyubx2", "logs", str(path))
-    places, velocities = [], []
+    rows = []
     try:
         with path.open("rb") as stream:
             for _, message in pyubx2.UBXReader(stream, protfilter=2, quitonerror=0):
                 if message is not None and message.identity == "NAV-PVT" and message.fixType >= FIX_3D:
-                    t_s = _utc_s(message)
-                    places.append(
-                        (t_s, message.lat, message.lon, message.height * 1e-3, message.hAcc * 1e-3, message.vAcc * 1e-3)
-                    )
-                    velocities.append((t_s, message.velN * 1e-3, message.velE * 1e-3, message.velD * 1e-3, message.sAcc * 1e-3))
+                    in_mm = [getattr(message, name) * 1e-3 for name in IN_MM]
+                    rows.append((_utc_s(message), message.lat, message.lon, *in_mm))
     except Exception as error:  # pyubx2 raises errors of any type for a damaged file
         raise cannot_be_read(path, error) from None
-    if not places:
+    if not rows:
         raise RecordingError(f"{path}: no message NAV-PVT with a fix: switch it on in the receiver, or log NMEA")
-    place, velocity = np.array(places), np.array(velocities)
-    aids = {
-        "position": AidSamples(place[:, 0], np.column_stack([np.radians(place[:, 1:3]), place[:, 3]]), place[:, [4, 4, 5]]),
-        "velocity": AidSamples(velocity[:, 0], velocity[:, 1:4], np.repeat(velocity[:, 4:], 3, axis=1)),
-    }
+    table = np.array(rows)
+    t_s, place = table[:, 0], np.column_stack([np.radians(table[:, 1:3]), table[:, 3]])
+    velocity = AidSamples(t_s, table[:, 6:9], np.repeat(table[:, 9:], 3, axis=1))
+    aids = {"position": AidSamples(t_s, place, table[:, [4, 4, 5]]), "velocity": velocity}
     return Raw("ubx", [], wishes.unit("time", by_format="s"), aids=aids, names=())
 
 
@@ -71,15 +69,8 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
                 fields = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
                 if "time" in fields:
                     t_s = datetime.datetime.fromisoformat(fields["time"].replace("Z", "+00:00")).timestamp()
-                    rows.append(
-                        (
-                            t_s,
-                            float(element.get("lat", "nan")),
-                            float(element.get("lon", "nan")),
-                            float(fields.get("ele") or "nan"),
-                            float(fields.get("geoidheight") or "nan"),
-                        )
-                    )
+                    degrees = [float(element.get(name, "nan")) for name in ("lat", "lon")]
+                    rows.append((t_s, *degrees, *(float(fields.get(name) or "nan") for name in ("ele", "geoidheight"))))
                 element.clear()
     except (ElementTree.ParseError, ValueError) as error:
         if not rows:
@@ -90,4 +81,4 @@ def read_gpx(path: Path, wishes: Wishes) -> Raw:
     above_sea = not np.isfinite(table[:, 4]).all()
     place = np.column_stack([np.radians(table[:, 1:3]), table[:, 3] + np.nan_to_num(table[:, 4])])
     one = AidSamples(table[:, 0], place, np.full((len(table), 3), np.nan), above_sea=above_sea)
-    return Raw("gpx", [], wishes.unit("time", by_format="s"), aids={"position": one.rows(present("position", one))}, names=())
+    return Raw("gpx", [], wishes.unit("time", by_format="s"), aids=whole({"position": one}), names=())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import SMALLEST_PA, present
+from hnav.io.readers.aids import SMALLEST_PA, whole
 from hnav.io.readers.clock import DAMAGED
 from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read, library
 from hnav.io.readers.tables import parse, raw_of
@@ -25,6 +25,7 @@ ROS_UNITS = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 IMU, MAG, FIX = "sensor_msgs/msg/Imu", "sensor_msgs/msg/MagneticField", "sensor_msgs/msg/NavSatFix"
 WORDS = {IMU: "imu", MAG: "mag", FIX: "gnss"}
 TOPICS = tuple(WORDS.values())
+IMU_FIELDS = {"gyro": "angular_velocity", "accel": "linear_acceleration"}
 
 # --------------------------------------------------------------------------------------------- PX4
 
@@ -84,21 +85,25 @@ def _ulog_damage(path: Path, log: Any, wanted: Collection[str]) -> tuple[str, ..
     return (f"{DAMAGED}{begun}; samples were read of {read}" + (f", and none of {without}" if without else ""),)
 
 
+def _ulog_us(data: dict[str, Any]) -> np.ndarray:
+    """Times of measurement, if the log states them."""
+    sampled = data.get("timestamp_sample")
+    return np.asarray(data["timestamp"] if sampled is None or not (sampled > 0).all() else sampled, float)
+
+
 def _ulog_stream(topics: dict[str, Any], sensor: str, wishes: Wishes) -> Stream | None:
     for topic, fields, unit in ULOG_TOPICS[sensor]:
         data = topics.get(topic)
         names = list(fields) if fields == "xyz" else [fields.format(i) for i in range(3)]
         if data is None or not set(names) <= set(data):
             continue
-        us = np.asarray(data["timestamp"], float)
+        us = np.asarray(data["timestamp"], float) if topic == "sensor_combined" else _ulog_us(data)
         values = np.stack([np.asarray(data[name], float) for name in names], axis=1)
         relative = data.get("accelerometer_timestamp_relative")
         present = np.ones(len(us), bool)
         if sensor == "accel" and topic == "sensor_combined" and relative is not None:
             present = relative != np.iinfo(np.int32).max  # no sample of it in this message
             us = us + relative
-        elif topic != "sensor_combined" and "timestamp_sample" in data and (data["timestamp_sample"] > 0).all():
-            us = np.asarray(data["timestamp_sample"], float)
         return Stream(sensor, us[present] * 1e-6, values[present], wishes.unit(sensor, by_format=unit))
     return None
 
@@ -107,13 +112,6 @@ ULOG_GNSS = ("vehicle_gps_position", "sensor_gps")
 ULOG_PRESSURE = {"vehicle_air_data": "baro_pressure_pa", "sensor_baro": "pressure"}
 ULOG_PLACES = (("latitude_deg", "longitude_deg", "altitude_ellipsoid_m", 1.0, 1.0), ("lat", "lon", "alt_ellipsoid", 1e-7, 1e-3))
 FIX_3D = 3
-
-
-def _ulog_times(data: dict[str, Any]) -> np.ndarray:
-    """The time of measurement, if the log states it."""
-    sampled = data.get("timestamp_sample")
-    us = data["timestamp"] if sampled is None or not (sampled > 0).all() else sampled
-    return np.asarray(us, float) * 1e-6
 
 
 def _ulog_satellites(topics: dict[str, Any]) -> dict[str, AidSamples]:
@@ -126,13 +124,15 @@ def _ulog_satellites(topics: dict[str, Any]) -> dict[str, AidSamples]:
     place = np.stack([np.radians(data[latitude] * per_deg), np.radians(data[longitude] * per_deg), data[height] * per_m], axis=1)
     velocity = np.stack([np.asarray(data[f"vel_{axis}_m_s"], float) for axis in "ned"], axis=1)
     velocity[~np.asarray(data.get("vel_ned_valid", np.ones(len(velocity))), bool)] = np.nan
-    t_s = _ulog_times(data)
+    t_s = 1e-6 * _ulog_us(data)
     spread = np.stack([data["eph"], data["eph"], data["epv"]], axis=1).astype(float)
     rate_spread = np.repeat(np.asarray(data["s_variance_m_s"], float)[:, None], 3, axis=1)
     known = np.asarray(data["fix_type"]) >= FIX_3D
-    return _kept(
-        {"position": AidSamples(t_s, place, _known(spread)), "velocity": AidSamples(t_s, velocity, _known(rate_spread))}, known
+    position, velocities = (
+        AidSamples(t_s, values, np.where(np.isfinite(sigma), sigma, np.nan))
+        for values, sigma in ((place, spread), (velocity, rate_spread))
     )
+    return whole({"position": position, "velocity": velocities}, known)
 
 
 def _ulog_pressure(topics: dict[str, Any]) -> dict[str, AidSamples]:
@@ -141,17 +141,8 @@ def _ulog_pressure(topics: dict[str, Any]) -> dict[str, AidSamples]:
         if topic in topics and name in topics[topic]:
             read = np.asarray(topics[topic][name], float)[:, None]
             read = read if np.median(read) > SMALLEST_PA else 100 * read
-            return _kept({"pressure": AidSamples(_ulog_times(topics[topic]), read, np.full_like(read, np.nan))})
+            return whole({"pressure": AidSamples(1e-6 * _ulog_us(topics[topic]), read, np.full_like(read, np.nan))})
     return {}
-
-
-def _known(sigma: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(sigma) & (sigma > 0), sigma, np.nan)
-
-
-def _kept(found: dict[str, AidSamples], known: np.ndarray | bool = True) -> dict[str, AidSamples]:
-    """Without the rows that hold no sample."""
-    return {kind: one.rows(present(kind, one) & known) for kind, one in found.items()}
 
 
 # --------------------------------------------------------------------------------------------- ROS
@@ -179,19 +170,17 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
             if imu is None:
                 there = ", ".join(sorted(reader.topics)[:8]) or "none"
                 raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {there}")
-            gyro, accel = _vectors(reader, imu, _rate), _vectors(reader, imu, _force)
-            field = _vectors(reader, mag, _field) if mag else None
+            found = {sensor: _vectors(reader, imu, name) for sensor, name in IMU_FIELDS.items()}
+            found |= {"mag": _vectors(reader, mag, "magnetic_field")} if mag else {}
     except RecordingError:
         raise
     except Exception as error:  # the parser raises errors of any type for a damaged file
         raise cannot_be_read(path, error) from None
-    found = {"gyro": gyro, "accel": accel} | ({"mag": field} if field else {})
     streams = [
         Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
     ]
-    return Raw(
-        "rosbag", streams, wishes.unit("time", by_format="s"), (*imu_notes, *mag_notes, *fix_notes), aids=aids, names=TOPICS
-    )
+    notes = (*imu_notes, *mag_notes, *fix_notes)
+    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), notes, aids=aids, names=TOPICS)
 
 
 def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str | None, list[str]]:
@@ -211,18 +200,15 @@ def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str 
     return best, [f"{word}: {best}, not {', '.join(others)} (choose by columns {word}=TOPIC)"] if others else []
 
 
-def _vectors(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Times in s and vectors of the messages that have one."""
-    rows = list(_stamped(reader, topic, vector_of))
+def _vectors(reader: Any, topic: str, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times in s and vectors of the messages that have one: a covariance of -1 in an Imu says that there is none."""
+    rows = []
+    for t_s, message in _messages(reader, topic):
+        if name not in IMU_FIELDS.values() or getattr(message, f"{name}_covariance")[0] != -1:
+            vector = getattr(message, name)
+            rows.append((t_s, vector.x, vector.y, vector.z))
     table = np.array(rows, float).reshape(-1, 4)
     return table[:, 0], np.ascontiguousarray(table[:, 1:])
-
-
-def _stamped(reader: Any, topic: str, vector_of: Callable[[Any], Any]) -> Iterator[tuple[float, float, float, float]]:
-    for t_s, message in _messages(reader, topic):
-        vector = vector_of(message)
-        if vector is not None:
-            yield t_s, vector.x, vector.y, vector.z
 
 
 def _messages(reader: Any, topic: str) -> Iterator[tuple[float, Any]]:
@@ -255,20 +241,7 @@ def fix_samples(
     status: below 0 without a fix."""
     known = (kind[:, None] > 0) & (variance > 0).all(axis=1, keepdims=True)
     one = AidSamples(t_s, place * [np.pi / 180, np.pi / 180, 1.0], np.sqrt(np.where(known, variance, np.nan)))
-    return _kept({"position": one.rows(status >= 0)})
-
-
-def _rate(message: Any) -> Any:
-    """None where the covariance says that the message has no rate."""
-    return None if message.angular_velocity_covariance[0] == -1 else message.angular_velocity
-
-
-def _force(message: Any) -> Any:
-    return None if message.linear_acceleration_covariance[0] == -1 else message.linear_acceleration
-
-
-def _field(message: Any) -> Any:
-    return message.magnetic_field
+    return whole({"position": one}, status >= 0)
 
 
 # --------------------------------------------------------------------------------------------- EuRoC
