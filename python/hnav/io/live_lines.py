@@ -321,9 +321,7 @@ class LiveLines:
         column = table.columns.get("t_s")
         if column is None:
             raise RecordingError(f"{missing_column(SHOWN, table, 't_s')}, or give rate_hz")
-        unit = self._wishes.unit("time", column.unit)
-        if unit.source == "assumed" or (unit.source == "by header" and unit.name == "s"):
-            unit = unit_by_size(table.values["t_s"], unit) or unit
+        unit = unit_by_size(table.values["t_s"], self._wishes.unit("time", column.unit))
         return column.place, si_per("time", unit.name)
 
     def _axes_of(self, sensor: str, table: Table) -> list[tuple[int, float]]:

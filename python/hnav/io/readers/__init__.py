@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.formats import FORMATS, reader_of
@@ -57,9 +57,7 @@ def read(
         cure = ": Recording.from_dataframe takes tables of pandas" if hasattr(path, "columns") else cure
         raise RecordingError(f"path is no file or folder but a {type(path).__name__}{cure}", "path")
     path = Path(path)
-    wishes = Wishes(
-        dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats, fixes_late_s
-    )
+    wishes = Wishes(columns or {}, gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, axes or {}, drop_repeats, fixes_late_s)
     return recording_of(path.stem, str(path), _raw(path, format, wishes), wishes)
 
 
@@ -78,9 +76,7 @@ def read_aids(
     Raises RecordingError, for a file without any too.
     """
     path = Path(path)
-    wishes = Wishes(
-        dict(columns or {}), time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True
-    )
+    wishes = Wishes(columns or {}, time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True)
     raw = _raw(path, format, wishes)
     refuse_unused_names(str(path), raw, wishes)
     if not (found := aids_of(raw, wishes)):
@@ -98,22 +94,7 @@ def _raw(path: Path, format: str | None, wishes: Wishes) -> Raw:
         raise RecordingError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
 
 
-def from_dataframe(
-    frame: pd.DataFrame,
-    name: str = "table",
-    *,
-    columns: Mapping[str, str] | None = None,
-    gyro_unit: str | None = None,
-    accel_unit: str | None = None,
-    mag_unit: str | None = None,
-    time_unit: str | None = None,
-    rate_hz: float | None = None,
-    axes: Mapping[str, str] | None = None,
-    drop_repeats: bool = False,
-    fixes_late_s: float = 0.0,
-) -> Recording:
-    """A recording from a table of pandas; arguments as of read. Raises RecordingError."""
-    wishes = Wishes(
-        dict(columns or {}), gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, dict(axes or {}), drop_repeats, fixes_late_s
-    )
+def from_dataframe(frame: pd.DataFrame, name: str = "table", **options: Any) -> Recording:
+    """A recording from a table of pandas; options as of read, without format. Raises RecordingError."""
+    wishes = Wishes(**{option: value for option, value in options.items() if value is not None})
     return recording_of(name, name, raw_of(name, table_of(frame, name, wishes), wishes), wishes)

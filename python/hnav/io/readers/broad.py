@@ -14,7 +14,7 @@ import numpy as np
 
 from hnav.io.mat_file import read_mat
 from hnav.io.readers.records import HDF5_MAGIC, is_hdf5, read_mat_variables
-from hnav.io.readers.streams import Raw, Stream, Wishes
+from hnav.io.readers.streams import Raw, Stream, Wishes, cannot_be_read
 from hnav.io.recordings import RecordingError
 
 TRIAL_NAME = re.compile(r"(\d\d)_(un)?disturbed_")
@@ -100,6 +100,4 @@ def _contents(path: Path) -> tuple[dict[str, Any], float] | None:
     except KeyError as error:
         raise RecordingError(f"{path}: not a BROAD trial: {error.args[0]}") from None
     except Exception as error:  # the readers of both formats raise errors of any type for a damaged file
-        raise RecordingError(
-            f"{path}: cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
-        ) from None
+        raise cannot_be_read(path, error) from None

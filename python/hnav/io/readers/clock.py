@@ -25,22 +25,24 @@ MENDED, ORDERED, DAMAGED = "clock: ", "order: ", "damage: "
 """Beginnings of notes that are warnings: of corrected times, of rows that were sorted by them, of a file that was not read whole."""
 
 
-def unit_by_size(t: np.ndarray, taken: Unit) -> Unit | None:
-    """The unit of times without a stated unit, by their intervals or their size; None where these do not decide.
+def unit_by_size(t: np.ndarray, taken: Unit) -> Unit:
+    """The unit of times by their intervals or their size, where no other than s is stated and these decide; else the unit taken.
 
     Seconds in a header are accepted unless the year would be beyond 5000.
     """
+    if taken.source != "assumed" and (taken.source, taken.name) != ("by header", "s"):
+        return taken
     finite = t[np.isfinite(t)]
     steps = np.diff(np.sort(finite))
     steps = steps[steps > 0]
     if not len(steps):
-        return None
+        return taken
     largest = float(np.median(np.abs(finite)))
     if taken.source == "assumed" and np.median(steps) > SURELY_NOT_SECONDS:
         for name, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
             if USUAL_INTERVAL_S[0] <= np.median(steps) * factor <= USUAL_INTERVAL_S[1]:
                 return Unit(name, "by its intervals")
-    return next((Unit(name, "by its size") for limit, name in SINCE_1970 if largest > limit), None)
+    return next((Unit(name, "by its size") for limit, name in SINCE_1970 if largest > limit), taken)
 
 
 def mended(t_s: np.ndarray) -> tuple[np.ndarray, str] | None:

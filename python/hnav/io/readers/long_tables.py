@@ -67,12 +67,10 @@ def read_long_table(path: Path, wishes: Wishes) -> Raw:
     if (plan := plan_of_long(text)) is None:
         raise RecordingError(f"{shown}: no column names sensors, such as gyroscope, in its rows")
     rows, notes = _rows_by_name(shown, text, plan)
-    alone = len(plan.values) == 1
-    frames = (
-        _joined(shown, rows, plan)
-        if alone
-        else {_bare(name): _frame(shown, name, own, plan, "xyz") for name, own in rows.items()}
-    )
+    if len(plan.values) == 1:
+        frames = _joined(shown, rows, plan)
+    else:
+        frames = {_bare(name): _frame(shown, name, own, plan, "xyz") for name, own in rows.items()}
     raw = raw_of_frames(shown, frames, wishes, "long")
     return replace(raw, notes=(*raw.notes, *notes))
 

@@ -10,7 +10,7 @@ import lzma
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -80,24 +80,28 @@ def unzipped(path: Path, read: Callable[[Path], Raw]) -> Raw:
     """What is in a zip, as in a folder; a single file as that file. Raises RecordingError."""
     with tempfile.TemporaryDirectory(prefix="hnav_") as name:
         folder = Path(name)
-        try:
-            with zipfile.ZipFile(path) as archive:
-                members = [member for member in archive.infolist() if not member.is_dir() and "__MACOSX" not in member.filename]
-                if any(member.filename.startswith("xl/") for member in members):
-                    raise RecordingError(f"{path}: a workbook of Excel (.xlsx): save it as CSV")
-                if sum(member.file_size for member in members) > LARGEST_BYTES:
-                    raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
-                for member in members:
-                    (folder / Path(member.filename).name).write_bytes(archive.read(member))
-        except NO_ZIP as error:
-            raise RecordingError(
-                f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}"
-            ) from None
+        for member, content in members_of(path):
+            (folder / Path(member).name).write_bytes(content)
         files = tables_in(folder)
         try:
             return read(files[0] if len(files) == 1 else folder)
         except RecordingError as error:
             raise RecordingError(str(error).replace(str(folder), str(path)), error.argument) from None
+
+
+def members_of(path: Path, ending: str = "") -> Iterator[tuple[str, bytes]]:
+    """Names and contents of the files in a zip whose names end so. Raises RecordingError."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [member for member in archive.infolist() if not member.is_dir() and "__MACOSX" not in member.filename]
+            if any(member.filename.startswith("xl/") for member in members):
+                raise RecordingError(f"{path}: a workbook of Excel (.xlsx): save it as CSV")
+            members = [member for member in members if member.filename.lower().endswith(ending)]
+            if sum(member.file_size for member in members) > LARGEST_BYTES:
+                raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
+            yield from ((member.filename, archive.read(member)) for member in members)
+    except NO_ZIP as error:
+        raise RecordingError(f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None
 
 
 def read_folder(folder: Path, files: list[Path], read: Callable[[Path], Raw], wishes: Wishes) -> Raw:

@@ -21,7 +21,7 @@ from hnav.io.aids import AidSamples
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID
 from hnav.io.readers.aids import aids_in
 from hnav.io.readers.frames import sensor_stream
-from hnav.io.readers.packed import LARGEST_BYTES, NO_ZIP, ZIP_MAGIC
+from hnav.io.readers.packed import NO_ZIP, ZIP_MAGIC, members_of
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import Table, parse, raw_of, times_of
 from hnav.io.recordings import RecordingError, Unit
@@ -166,11 +166,4 @@ def _files(path: Path) -> dict[str, bytes]:
     """Every CSV of a folder or zip by its name in small letters. Raises RecordingError."""
     if path.is_dir():
         return {_stem(p.name): p.read_bytes() for p in sorted(path.glob("*.csv"))}
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [m for m in archive.infolist() if m.filename.lower().endswith(".csv") and "__MACOSX" not in m.filename]
-            if sum(m.file_size for m in members) > LARGEST_BYTES:
-                raise RecordingError(f"{path}: holds more than {LARGEST_BYTES >> 30} GB: unpack it, and give the folder")
-            return {_stem(m.filename): archive.read(m) for m in members}
-    except NO_ZIP as error:
-        raise RecordingError(f"{path}: the zip cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None
+    return {_stem(name): content for name, content in members_of(path, ".csv")}

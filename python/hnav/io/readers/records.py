@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,8 @@ def is_json(path: Path, head: bytes) -> bool:
 
 def read_json(path: Path, wishes: Wishes) -> Raw:
     """Records, columns, Sensor Logger or Movesense. Raises RecordingError."""
-    tree = _parsed(path, path.read_bytes())
+    data = path.read_bytes()
+    tree = _parsed(path, data)
     frames = {name: unbatched(frame) for name, frame in frames_of_tree(tree).items()}
     lower = {"".join(c for c in name.lower() if c.isalnum()): name for name in frames}
     if "totalacceleration" in lower:
@@ -38,7 +40,7 @@ def read_json(path: Path, wishes: Wishes) -> Raw:
             frames.pop(lower.get(name, ""), None)
     if "gyroscope" in lower and any("seconds_elapsed" in frame for frame in frames.values()):
         return raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER)
-    movesense = any("ArrayGyro" in text or "ArrayAcc" in text for text in [path.read_bytes()[:4096].decode("utf-8", "replace")])
+    movesense = re.search(rb"ArrayGyro|ArrayAcc", data[:4096]) is not None
     return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None, units_in(tree))
 
 
@@ -123,10 +125,5 @@ def _of_arrays(path: Path, arrays: dict[str, np.ndarray], wishes: Wishes, format
         raise RecordingError(
             f"{path}: no columns of numbers, but {there}: save t (n), gyro, acc, mag (n x 3 each), not a table object"
         )
-    return raw_of_frames(
-        str(path),
-        frames,
-        wishes,
-        format,
-        units=units_in({name: one.tolist() for name, one in tree.items() if one.dtype.kind in "SU"}),
-    )
+    texts = {name: one.tolist() for name, one in tree.items() if one.dtype.kind in "SU"}
+    return raw_of_frames(str(path), frames, wishes, format, units=units_in(texts))

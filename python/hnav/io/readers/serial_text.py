@@ -82,18 +82,14 @@ def _rows(text: str) -> Iterator[dict[str, float]]:
             yield row
             row = {}
         if stamp is not None and CLOCK not in row:
-            clock_s = _seconds(stamp.group(2))
+            hours, minutes, seconds = stamp.group(2).replace(",", ".").split(":")
+            clock_s = 3600 * int(hours) + 60 * int(minutes) + float(seconds)
             days += clock_s < last_s - DAY_S / 2
             last_s = clock_s
             row[CLOCK] = clock_s + days * DAY_S
         row |= pairs
     if row:
         yield row
-
-
-def _seconds(clock: str) -> float:
-    hours, minutes, seconds = clock.replace(",", ".").split(":")
-    return 3600 * int(hours) + 60 * int(minutes) + float(seconds)
 
 
 def _pairs(line: str) -> tuple[dict[str, float], bool]:
@@ -120,10 +116,8 @@ def _triples(body: str, unit: str) -> dict[str, float]:
     found: dict[str, float] = {}
     for name, before, *three, behind in TRIPLE.findall(body):
         if not name.lower().startswith(NOT_SENSORS):
-            found |= {
-                _with_unit(f"{name.strip()} {axis}", before or behind or unit): float(number)
-                for axis, number in zip("xyz", three)
-            }
+            stated = before or behind or unit
+            found |= {_with_unit(f"{name.strip()} {axis}", stated): float(number) for axis, number in zip("xyz", three)}
     return found
 
 

@@ -74,10 +74,6 @@ class Plan:
         """Places of the columns that are read."""
         return sorted({column.place for column in self.columns.values()})
 
-    def without_aids(self) -> Plan:
-        """Inertial and magnetic sensors alone."""
-        return replace(self, columns={role: column for role, column in self.columns.items() if not column.aids})
-
     def kind(self, place: int) -> type:
         """The type of the cells of a column."""
         return str if self.instants and place in [column.place for column in self.times] else float
@@ -120,14 +116,16 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
     """The streams of a table whose rows hold all sensors. Raises RecordingError."""
     house = set(NEEDED_OF_HOUSE) <= {column.name.strip() for column in table.columns.values()}
     by_format = by_format or {}
-    table = _by_time(table, wishes)
+    if wishes.rate_hz is None and not wishes.only_aids:  # which go by intervals, and by the arrival of aids
+        values, moved = by_time(table.values)
+        table = replace(table, values=values, notes=(*table.notes, *moved))
     timed = table.of_sensor("gyro")
     t_s, time_unit, notes = times_of(shown, timed, wishes, by_format)
-    streams: list[Stream] = []
     aids = aids_in(timed.columns, timed.values, t_s)
     notes = (*notes, *lonely(timed.columns))
     if wishes.only_aids:
-        return Raw(name or "table", streams, time_unit, notes, aids=aids)
+        return Raw(name or "table", [], time_unit, notes, aids=aids)
+    streams: list[Stream] = []
     for sensor in ARRAYS:
         if not _has(shown, table, sensor, wishes):
             continue
@@ -137,14 +135,6 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
             notes = (*notes, *(note for note in more if note not in notes))
         streams.append(stream_of(shown, own, sensor, t_s, wishes, by_format.get(sensor)))
     return Raw(name or ("csv" if house else "table"), streams, time_unit, (*table.notes, *notes), aids=aids)
-
-
-def _by_time(table: Table, wishes: Wishes) -> Table:
-    """The rows in the order of their times, which rate_hz and the arrival of aids overrule."""
-    if wishes.rate_hz is not None or wishes.only_aids:
-        return table
-    values, moved = by_time(table.values)
-    return replace(table, values=values, notes=(*table.notes, *moved))
 
 
 def _has(shown: str, table: Table, sensor: str, wishes: Wishes) -> bool:
@@ -166,19 +156,13 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
     by_header = next((column.unit for column in columns if column.unit), None)
-    if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
-        _refuse_strange_unit(shown, table, sensor, columns)
+    strange = next((column for column in columns if column.strange), None)
+    if strange and by_header is None and getattr(wishes, f"{sensor}_unit") is None:
+        raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, strange.name.strip(), strange.strange)}")
     unit = wishes.unit(sensor, by_header, by_format)
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
     return Stream(sensor, t_s, values, unit)
-
-
-def _refuse_strange_unit(shown: str, table: Table, sensor: str, columns: Sequence[Column]) -> None:
-    """Raises RecordingError for a unit of the header that is not understood."""
-    for column in columns:
-        if column.strange:
-            raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, column.name.strip(), column.strange)}")
 
 
 def _are_microteslas(field: np.ndarray) -> bool:
@@ -196,9 +180,9 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     if column is None:
         raise RecordingError(f"{missing_column(shown, table, 't_s')}, or give rate_hz")
     stated = table.values["t_s"]
-    unit = Unit("s", "by header") if table.instants else wishes.unit("time", column.unit, by_format.get("time"))
-    if not table.instants and (unit.source == "assumed" or (unit.source == "by header" and unit.name == "s")):
-        unit = unit_by_size(stated, unit) or unit
+    unit = Unit("s", "by header")
+    if not table.instants:
+        unit = unit_by_size(stated, wishes.unit("time", column.unit, by_format.get("time")))
     t_s = stated * si_per("time", unit.name)
     if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
         return t_s, unit, ()
@@ -230,16 +214,18 @@ def _fault_of_times(shown: str, table: Table, t_s: np.ndarray) -> str:
 def missing_column(shown: str, table: Table, *roles: str) -> str:
     """What to say of columns that were not found: those that the file has, and a line to copy that names them in order."""
     names = [name.strip() for name in table.layout.names]
-    said = ", ".join(names[:SHOWN_COLUMNS]) + (f" and {len(names) - SHOWN_COLUMNS} more" if len(names) > SHOWN_COLUMNS else "")
-    at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {said}"
+    at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {_listed(names, SHOWN_COLUMNS)}"
     free = [name for _, name in _without_role(names, table.columns)]
     if len(roles) == len("xyz") and table.columns and not free:
         return f"{at}, and nothing of the {QUANTITY_OF[roles[0][0]]}: record gyroscope and accelerometer together"
     proposed = _proposed(free, roles) or ["NAME"]
-    line = " ".join(
-        f'columns {role}="{name}"' if " " in name else f"columns {role}={name}" for role, name in zip(roles, proposed)
-    )
+    quoted = [f'"{name}"' if " " in name else name for name in proposed]
+    line = " ".join(f"columns {role}={name}" for role, name in zip(roles, quoted))
     return f"{at}: say which it is, such as {line}"
+
+
+def _listed(names: Sequence[str], most: int) -> str:
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def _proposed(free: Sequence[str], roles: Sequence[str]) -> Sequence[str]:
@@ -287,25 +273,21 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
         if wishes.only_aids or not any(column.aids for column in plan.columns.values()):
             raise
         # Faulty aiding columns do not refuse the inertial samples.
-        plan, notes = plan.without_aids(), (*notes, f"satellites, pressure and wheels were left out: {error}")
+        plan = replace(plan, columns={role: column for role, column in plan.columns.items() if not column.aids})
+        notes = (*notes, f"satellites, pressure and wheels were left out: {error}")
         frame, more = _read(shown, text, io.BytesIO(data), plan)
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
     refuse_devices(shown, lambda: io.StringIO(text, newline=None), plan)
-    return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan)))
+    names = [name for _, name in _without_role(plan.layout.names, plan.columns)]
+    left = [f"columns not read: {_listed(names, MOST_NAMES)}"] if names else []
+    return replace(table_by(shown, frame, plan), notes=(*notes, *more, *left))
 
 
 def _without_role(names: Sequence[str], columns: Mapping[str, Column]) -> list[tuple[int, str]]:
     """Place and name of the named columns that are not read."""
     read = {column.place for column in columns.values()}
     return [(place, name.strip()) for place, name in enumerate(names) if place not in read and name.strip()]
-
-
-def _not_read(plan: Plan) -> Iterator[str]:
-    names = [name for _, name in _without_role(plan.layout.names, plan.columns)]
-    if names:
-        shown = ", ".join(names[:MOST_NAMES]) + (f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else "")
-        yield f"columns not read: {shown}"
 
 
 def refuse_devices(shown: str, lines: Callable[[], Iterable[str]], plan: Plan) -> None:

@@ -155,24 +155,12 @@ def _rows(record: Mapping[str, Any], name: str, depth: int) -> Iterator[tuple[st
         yield name, flat
         return
     last = {key.rsplit("_", 1)[-1]: value for key, value in flat.items()}
-    time = {
-        f"{BATCH}{key}": value
-        for key, value in last.items()
-        if (column := column_of(key, 0)) is not None and column.role == "t_s"
-    }
+    time = {f"{BATCH}{key}": value for key, value in last.items() if (column := column_of(key, 0)) and column.role == "t_s"}
     for key, batch in batches.items():
         sensor = key.rsplit("_", 1)[-1].removeprefix("Array")
         for place, vector in enumerate(batch):
             row = dict(flattened(vector, "", depth + 1)) if isinstance(vector, Mapping) else dict(zip(AXES, vector))
-            yield (
-                sensor,
-                {
-                    **{f"{BATCH}{name.rsplit('_', 1)[-1]}": value for name, value in time.items()},
-                    PLACE: place,
-                    LENGTH: len(batch),
-                    **row,
-                },
-            )
+            yield sensor, {**time, PLACE: place, LENGTH: len(batch), **row}
 
 
 BATCH, PLACE, LENGTH = "batch_", "place in batch", "batch length"
