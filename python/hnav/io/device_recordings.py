@@ -127,14 +127,8 @@ def read_xsens(wheel: Path) -> DeviceRecording:
     """
     rows = np.loadtxt(_lines(wheel, "tests/data/data_xsens.txt"), skiprows=5)
     q_enu = _to_enu(Rotation.from_quat(rows[:, [11, 12, 13, 10]]))
-    recording = Recording(
-        name="Xsens, walking",
-        t_s=(rows[:, 0] - rows[0, 0]) / 50.0,  # the counter has no gap
-        rate_b_rad_s=rows[:, 4:7],
-        force_b_m_s2=rows[:, 1:4],
-        field_b_tesla=rows[:, 7:10] * TESLA_PER_ARBITRARY_UNIT,
-        reference_q_nb=q_enu,
-    )
+    t_s = (rows[:, 0] - rows[0, 0]) / 50.0  # the counter has no gap
+    recording = Recording("Xsens, walking", t_s, rows[:, 4:7], rows[:, 1:4], rows[:, 7:10] * TESLA_PER_ARBITRARY_UNIT, q_enu)
     return DeviceRecording(
         recording,
         source="tests/data/data_xsens.txt",
@@ -174,14 +168,8 @@ def read_x_imu(wheel: Path) -> DeviceRecording:
 
     field_gauss = rows[:, 7:10].copy()
     field_gauss[1:][(np.diff(rows[:, 7:10], axis=0) == 0).all(axis=1)] = np.nan
-    recording = Recording(
-        name="x-IMU, worn",
-        t_s=np.arange(len(rows)) / 256.0,
-        rate_b_rad_s=np.radians(rows[:, 1:4]),
-        force_b_m_s2=rows[:, 4:7] * GRAVITY_M_S2,
-        field_b_tesla=field_gauss * TESLA_PER_GAUSS,
-        reference_q_nb=q_enu,
-    )
+    t_s, rate, force = np.arange(len(rows)) / 256.0, np.radians(rows[:, 1:4]), rows[:, 4:7] * GRAVITY_M_S2
+    recording = Recording("x-IMU, worn", t_s, rate, force, field_gauss * TESLA_PER_GAUSS, q_enu)
     return DeviceRecording(
         recording,
         source="tests/data/data_xio",

@@ -12,7 +12,7 @@ import sys
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 from xml.etree import ElementTree
 
 from hnav.errors import HnavValueError
@@ -120,7 +120,7 @@ def read_model_description(path: Path | str) -> ModelDescription:
     exchange, step_s = root.find("ModelExchange"), 0.0
     if exchange is None:
         exchange, step_s = _cosimulation(path, root)
-    if exchange.get("needsExecutionTool") == "true":
+    if _says(exchange, "needsExecutionTool"):
         _refuse(path, "needs its tool at run time: export it with the solver's and the tool's code inside")
     variables, order = _variables(root, fmi)
     states, depends = _states(path, root, fmi, order)
@@ -135,15 +135,13 @@ def read_model_description(path: Path | str) -> ModelDescription:
         states=states,
         depends=(None,) * len(states) if step_s else depends,  # over a step each state may depend on all
         indicators=_indicators(root, fmi),
-        offers_derivatives="true"
-        in (exchange.get("providesDirectionalDerivative"), exchange.get("providesDirectionalDerivatives"))
-        and not step_s,
-        once=exchange.get("canBeInstantiatedOnlyOncePerProcess") == "true",
+        offers_derivatives=_says(exchange, "providesDirectionalDerivative", "providesDirectionalDerivatives") and not step_s,
+        once=_says(exchange, "canBeInstantiatedOnlyOncePerProcess"),
         discrete=tuple(v.name for v in variables if v.variability == "discrete" and v.causality in ("local", "output")),
         state_access=_state_access(exchange),
-        step_done=(exchange.get("completedIntegratorStepNotNeeded") != "true")
+        step_done=not _says(exchange, "completedIntegratorStepNotNeeded")
         if fmi == 2
-        else exchange.get("needsCompletedIntegratorStep") == "true",
+        else _says(exchange, "needsCompletedIntegratorStep"),
         step_s=step_s,
         binary=_binary(path, names, identifier, fmi),
         units=_units(root),
@@ -152,25 +150,28 @@ def read_model_description(path: Path | str) -> ModelDescription:
 
 def _cosimulation(path: Path, root: ElementTree.Element) -> tuple[ElementTree.Element, float]:
     """Sigma points need steps of any length from any state."""
-    element, remedy = (
-        root.find("CoSimulation"),
-        "export it for Model Exchange, or write its derivatives as functions (hnav.Plant)",
-    )
+    element = root.find("CoSimulation")
+    remedy = "export it for Model Exchange, or write its derivatives as functions (hnav.Plant)"
     if element is None:
         _refuse(path, f"offers neither Model Exchange nor Co-Simulation: {remedy}")
     if not _state_access(element):
         _refuse(path, f"offers Co-Simulation only and cannot get and set its state (canGetAndSetFMUstate): {remedy}")
-    if element.get("canHandleVariableCommunicationStepSize") != "true":
+    if not _says(element, "canHandleVariableCommunicationStepSize"):
         _refuse(path, f"offers Co-Simulation only, with steps of one length (canHandleVariableCommunicationStepSize): {remedy}")
     experiment = root.find("DefaultExperiment")
     step_s = _number(element.get("fixedInternalStepSize") or (None if experiment is None else experiment.get("stepSize")))
     return element, step_s if step_s > 0 and math.isfinite(step_s) else _STEP_S
 
 
+def _says(element: ElementTree.Element, *names: str) -> bool:
+    """Whether one of these attributes, as FMI 2 and 3 call it, is true."""
+    return any(element.get(name) == "true" for name in names)
+
+
 def _state_access(exchange: ElementTree.Element) -> int:
-    if "true" not in (exchange.get("canGetAndSetFMUstate"), exchange.get("canGetAndSetFMUState")):
+    if not _says(exchange, "canGetAndSetFMUstate", "canGetAndSetFMUState"):
         return 0
-    return 2 if "true" in (exchange.get("canSerializeFMUstate"), exchange.get("canSerializeFMUState")) else 1
+    return 2 if _says(exchange, "canSerializeFMUstate", "canSerializeFMUState") else 1
 
 
 def _refuse(path: Path, reason: str) -> NoReturn:
@@ -296,20 +297,20 @@ def _binary(path: Path, names: list[str], identifier: str, fmi: int) -> str:
 
 
 def _units(root: ElementTree.Element) -> dict[str, Unit]:
-    units = {}
+    units = dict[str, Unit]()
     for unit in root.findall("UnitDefinitions/Unit"):
-        base: Any = unit.find("BaseUnit")
-        attributes = {} if base is None else base.attrib
-        dimensions = tuple(int(attributes.get(name, "0")) for name in DIMENSIONS)
+        base = unit.find("BaseUnit")
         if base is not None:
-            units[unit.get("name", "")] = Unit(
-                float(attributes.get("factor", "1")), float(attributes.get("offset", "0")), dimensions
-            )
+            dimensions = tuple(int(base.get(name, "0")) for name in DIMENSIONS)
+            own = units[unit.get("name", "")] = Unit(*_scale(base), dimensions)
             # The display unit: displayed = factor * value + offset.
             for shown in unit.findall("DisplayUnit"):
-                own = units[unit.get("name", "")]
-                factor, offset = float(shown.get("factor", "1")), float(shown.get("offset", "0"))
-                if shown.get("inverse") != "true" and factor != 0:
+                factor, offset = _scale(shown)
+                if not _says(shown, "inverse") and factor != 0:
                     scale = own.factor / factor
                     units.setdefault(shown.get("name", ""), Unit(scale, own.offset - scale * offset, dimensions))
     return units
+
+
+def _scale(element: ElementTree.Element) -> tuple[float, float]:
+    return float(element.get("factor", "1")), float(element.get("offset", "0"))

@@ -40,6 +40,10 @@ ENDS_EARLY, ENDS_EARLY_S = 0.2, 1.0  # share and seconds at the end of the recor
 CLIPPED_FROM = {"gyro": 1.7, "accel": 1.5 * G_M_S2, "mag": 200e-6}  # no sensor has a smaller range
 RIGHT_COLUMNS = "see whether its columns are the right ones"
 NOTHING = {"gyro": RIGHT_COLUMNS, "accel": RIGHT_COLUMNS, "mag": f"{RIGHT_COLUMNS}; leave out a magnetometer that was off"}
+SAY_COUNTS = (
+    "say what one count is, often gyro_unit='1/131 deg/s' and accel_unit='1/16384 g' (ranges of 250 deg/s and 2 g), "
+    "or gyro_unit='1/16.4 deg/s' and accel_unit='1/2048 g' (2000 deg/s and 16 g)"
+)
 RANGES = {"gyro": "gyro_range_rad_s", "accel": "accel_range_m_s2", "mag": "mag_range_tesla"}
 FEWEST_STILL, STILL_M_S2 = 6, 0.1  # parts of ENOUGH samples in which a body rests, and the spread of the force in them
 USUAL_ERROR_M_S2, LARGEST_ERROR_M_S2 = 0.1, 1.5  # of an accelerometer: that filters assume by default, and of the worst
@@ -77,7 +81,9 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found += _accelerometer(live)
     found += _clipped(live)
     found += _repeated(recording, live)
-    found += findings_by_turning(recording, live, found, hemisphere or _hemisphere(recording))
+    if hemisphere is None and "position" in recording.aids:
+        hemisphere = hemisphere_at(float(np.median(recording.aids["position"].values[:, 0])))
+    found += findings_by_turning(recording, live, found, hemisphere)
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
 
 
@@ -97,13 +103,6 @@ def _length(recording: Recording) -> Iterator[Finding]:
         )
 
 
-def _hemisphere(recording: Recording) -> str | None:
-    """Hemisphere by the satellite latitude."""
-    if "position" not in recording.aids:
-        return None
-    return hemisphere_at(float(np.median(recording.aids["position"].values[:, 0])))
-
-
 def hemisphere_at(latitude_rad: float) -> str | None:
     """The side of the magnetic equator; None near it, where the dip of the field is small."""
     return None if abs(latitude_rad) < MAGNETIC_EQUATOR_RAD else "north" if latitude_rad > 0 else "south"
@@ -120,14 +119,8 @@ def _working(recording: Recording, samples: Samples) -> Iterator[Finding]:
             yield Finding("note", "absent", sensor, "there is no magnetometer: heading counts from the start, and drifts")
         elif n == 0:
             level = "warning" if sensor == "mag" else "error"
-            yield Finding(
-                level,
-                "no_samples",
-                sensor,
-                f"none of {len(recording.t_s)} rows has a sample",
-                advice=NOTHING[sensor],
-                certain=True,
-            )
+            shown = f"none of {len(recording.t_s)} rows has a sample"
+            yield Finding(level, "no_samples", sensor, shown, advice=NOTHING[sensor], certain=True)
         elif not values.any():
             # A body at rest has no rate, and without a field the heading has a large sigma; without gravity there is no attitude.
             level = "error" if sensor == "accel" else "warning"
@@ -168,44 +161,31 @@ def _other_unit(recording: Recording, quantity: str, value: float, low: float, h
 
 
 def _time(recording: Recording, live: Samples) -> Iterator[Finding]:
-    for sensor in ("gyro", "accel"):
-        if sensor in live:
-            interval_s = float(np.median(np.diff(live[sensor][0])))
-            break
-    else:
+    sensor = next((sensor for sensor in ("gyro", "accel") if sensor in live), None)
+    if sensor is None:
         return
+    interval_s = float(np.median(np.diff(live[sensor][0])))
     if INTERVAL_S[0] <= interval_s <= INTERVAL_S[1]:
         return
     shown = f"the median interval is {interval_s:.4g} s"
     if unit := _other_unit(recording, "time", interval_s, *USUAL_INTERVAL_S):
         yield warning("unit", "time", f"{shown}: this looks like {unit}", "time_unit", unit, certain=True)
     elif interval_s > INTERVAL_S[1]:
-        yield warning(
-            "unit", "time", f"{shown}: too long to follow a motion", advice="record at 20 Hz or more, or say the time_unit"
-        )
+        advice = "record at 20 Hz or more, or say the time_unit"
+        yield warning("unit", "time", f"{shown}: too long to follow a motion", advice=advice)
     else:
         yield warning("unit", "time", f"{shown}: no sensor is as fast", advice="say the time_unit or the rate_hz", certain=True)
 
 
 def _strengths(recording: Recording, live: Samples) -> Iterator[Finding]:
     if _are_counts(recording, live):
-        yield warning(
-            "unit",
-            "accel",
-            "gyro and accel are whole numbers, and large: these look like counts of the chip",
-            advice="say what one count is, often gyro_unit='1/131 deg/s' and accel_unit='1/16384 g' (ranges of 250 deg/s and 2 g), "
-            "or gyro_unit='1/16.4 deg/s' and accel_unit='1/2048 g' (2000 deg/s and 16 g)",
-            certain=True,
-        )
+        shown = "gyro and accel are whole numbers, and large: these look like counts of the chip"
+        yield warning("unit", "accel", shown, advice=SAY_COUNTS, certain=True)
         return
     if _are_swapped(live):
-        yield warning(
-            "unit",
-            "gyro",
-            "the rates have the length of gravity, and the force has not: they look exchanged",
-            advice="give the rates as gx, gy, gz (columns gx=NAME), the force as ax, ay, az",
-            certain=True,
-        )
+        shown = "the rates have the length of gravity, and the force has not: they look exchanged"
+        advice = "give the rates as gx, gy, gz (columns gx=NAME), the force as ax, ay, az"
+        yield warning("unit", "gyro", shown, advice=advice, certain=True)
         return
     if "accel" in live:
         yield from _force(recording, np.linalg.norm(live["accel"][1], axis=1))
@@ -247,21 +227,13 @@ def _force(recording: Recording, lengths: np.ndarray) -> Iterator[Finding]:
     if unit and low > 0.5 * median:
         yield warning("unit", "accel", f"{shown}: this looks like {unit}", "accel_unit", unit, certain=True)
     elif median < GRAVITY_GONE_M_S2:
-        yield warning(
-            "gravity_removed",
-            "accel",
-            f"{shown}, where a body at rest has 9.8: gravity was removed",
-            advice="record the whole force: TotalAcceleration or AccelerometerUncalibrated, not linear or user acceleration",
-            certain=True,
-        )
+        shown += ", where a body at rest has 9.8: gravity was removed"
+        advice = "record the whole force: TotalAcceleration or AccelerometerUncalibrated, not linear or user acceleration"
+        yield warning("gravity_removed", "accel", shown, advice=advice, certain=True)
     else:
-        yield warning(
-            "unit",
-            "accel",
-            f"{shown}, where a body at rest has 9.8",
-            advice="see the unit, accel_unit, and the range that the driver sets",
-            certain=abs(np.log(median / G_M_S2)) > np.log(LARGEST_FORCE_RATIO),
-        )
+        advice = "see the unit, accel_unit, and the range that the driver sets"
+        certain = abs(np.log(median / G_M_S2)) > np.log(LARGEST_FORCE_RATIO)
+        yield warning("unit", "accel", f"{shown}, where a body at rest has 9.8", advice=advice, certain=certain)
 
 
 def _accelerometer(live: Samples) -> Iterator[Finding]:
@@ -304,22 +276,15 @@ def _gaps(recording: Recording, live: Samples) -> Iterator[Finding]:
     for sensor, (t_s, _) in live.items():
         usual_s, steps_s = float(np.median(np.diff(t_s))), np.diff(t_s)
         if recording.t_s[-1] - t_s[-1] > max(ENDS_EARLY * (recording.t_s[-1] - recording.t_s[0]), ENDS_EARLY_S, 10 * usual_s):
-            yield warning(
-                "ends_early",
-                sensor,
-                f"its samples end at {t_s[-1]:.10g} s, the recording at {recording.t_s[-1]:.10g} s",
-                advice="look at the logger; samples packed at the top of a table need times of their own",
-            )
+            shown = f"its samples end at {t_s[-1]:.10g} s, the recording at {recording.t_s[-1]:.10g} s"
+            advice = "look at the logger; samples packed at the top of a table need times of their own"
+            yield warning("ends_early", sensor, shown, advice=advice)
         gaps = steps_s > max(GAP_S, 10 * usual_s)
         if gaps.any():
             longest = int(np.argmax(steps_s))
             count = "a gap" if gaps.sum() == 1 else f"{gaps.sum()} gaps, the longest"
-            yield warning(
-                "gaps",
-                sensor,
-                f"{count} of {steps_s[longest]:.2f} s at {t_s[longest]:.10g} s",
-                advice="what happened there is not known; look at the logger",
-            )
+            shown = f"{count} of {steps_s[longest]:.2f} s at {t_s[longest]:.10g} s"
+            yield warning("gaps", sensor, shown, advice="what happened there is not known; look at the logger")
 
 
 def _clipped(live: Samples) -> Iterator[Finding]:
@@ -329,9 +294,8 @@ def _clipped(live: Samples) -> Iterator[Finding]:
         if ends:
             axes = "".join(dict.fromkeys(axis for axis, _, _ in ends))
             size = min(size for _, size, _ in ends)
-            shown = (
-                f"{sum(n for _, _, n in ends)} samples of {axes} stand at {size:.4g} {UNIT_NAMES[sensor]}: the end of the range"
-            )
+            count = sum(n for _, _, n in ends)
+            shown = f"{count} samples of {axes} stand at {size:.4g} {UNIT_NAMES[sensor]}: the end of the range"
             advice = f"state the range by {RANGES[sensor]}={0.99 * size:.4g}, or use a wider range"
             yield warning("saturated", sensor, shown, advice=advice)
 
@@ -351,15 +315,11 @@ def _repeated(recording: Recording, live: Samples) -> Iterator[Finding]:
         both = both[np.isfinite(both).all(axis=1)]
         repeats = (both[1:] == both[:-1]).all(axis=1)
         if len(both) >= ENOUGH and both.std(axis=0).any() and repeats.mean() > REPEATED_ROWS:
-            shown = f"{100 * repeats.mean():.0f} % of the rows repeat the one before"
-            yield warning(
-                "repeated",
-                "gyro",
-                f"{shown}: they were written more often than measured",
-                "drop_repeats",
-                "yes",
-                "and gyro_hold=instant with it, unless the gyroscope gives means of the interval before (FIFO, integrating chip)",
+            shown = f"{100 * repeats.mean():.0f} % of the rows repeat the one before: they were written more often than measured"
+            hold = (
+                "and gyro_hold=instant with it, unless the gyroscope gives means of the interval before (FIFO, integrating chip)"
             )
+            yield warning("repeated", "gyro", shown, "drop_repeats", "yes", hold)
     if "mag" in live:
         t_s, field = live["mag"]
         repeats = (field[1:] == field[:-1]).all(axis=1)
@@ -382,20 +342,16 @@ def warn_of_meaningless(
         return
     for name, values in (("rate_b_rad_s", rate), ("force_b_m_s2", force)):
         if values is None:
-            warnings.warn(
-                f"{name} is None: give it as n x 3; a filter that has only rates or only forces never becomes ready",
-                PlausibilityWarning,
-                stacklevel=3,
-            )
+            shown = f"{name} is None: give it as n x 3; a filter that has only rates or only forces never becomes ready"
+            warnings.warn(shown, PlausibilityWarning, stacklevel=3)
     if rate is None or force is None:
         return
     kept = np.concatenate([[True], t_s[1:] > np.maximum.accumulate(t_s)[:-1]])
     equal = float((np.diff(t_s) == 0).mean())
     if equal > STANDING_STAMPS:
-        shown = f"{100 * equal:.0f} % of the time stamps equal the one before"
-        warnings.warn(
-            f"time: {shown}; give t_s as float64: float32 holds seconds since 1970 to 128 s", PlausibilityWarning, stacklevel=3
-        )
+        shown = f"time: {100 * equal:.0f} % of the time stamps equal the one before"
+        cure = "give t_s as float64: float32 holds seconds since 1970 to 128 s"
+        warnings.warn(f"{shown}; {cure}", PlausibilityWarning, stacklevel=3)
     if kept.sum() < ENOUGH:
         return
     rates, forces = (np.asarray(values, float)[: len(t_s)][kept] for values in (rate, force))

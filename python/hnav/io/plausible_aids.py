@@ -73,9 +73,8 @@ def _left_out(recording: Recording) -> Iterator[Finding]:
     """Positions of which the file has a part."""
     for note in recording.origin.notes if recording.origin else ():
         if note.startswith(NO_POSITIONS):
-            yield warning(
-                "absent", "position", note, advice="name it by columns ROLE=NAME, or add it; alt_m may be a rough constant"
-            )
+            advice = "name it by columns ROLE=NAME, or add it; alt_m may be a rough constant"
+            yield warning("absent", "position", note, advice=advice)
 
 
 def _of_motion(recording: Recording, velocity: AidSamples | None) -> list[Finding]:
@@ -115,11 +114,8 @@ def _out_of_range(position: AidSamples) -> Iterator[Finding]:
     ):
         size = float(np.nanmax(np.abs(values), initial=0.0))
         if size > largest:
-            units = [
-                unit
-                for unit, factor in PER[quantity].items()
-                if factor < 0.1 and LEAST_OF_RANGE * largest <= size * factor <= largest
-            ]
+            small = {unit: size * factor for unit, factor in PER[quantity].items() if factor < 0.1}
+            units = [unit for unit, scaled in small.items() if LEAST_OF_RANGE * largest <= scaled <= largest]
             looks = f"this looks like {units[0]}" if units else "latitude and longitude may be exchanged"
             shown = f"a {name} of {size:.5g} {next(iter(PER[quantity]))}, where {largest:g} is the largest: {looks}"
             yield warning("unit", "position", shown, advice=_say_unit(units[0] if units else "", role), certain=True)
@@ -150,9 +146,8 @@ def _windows(t_s: np.ndarray, positions: np.ndarray, of: AidSamples, values: np.
     whole = np.ones(len(at) - 1, bool)
     for clock in (t_s, times):
         for begin_s in clock[:-1][np.diff(clock) > LONGEST_GAP_S]:
-            whole[max(0, np.searchsorted(at, begin_s) - 1) : np.searchsorted(at, clock[np.searchsorted(clock, begin_s) + 1])] = (
-                False
-            )
+            end_s = clock[np.searchsorted(clock, begin_s) + 1]
+            whole[max(0, np.searchsorted(at, begin_s) - 1) : np.searchsorted(at, end_s)] = False
     return there[whole], travelled[whole]
 
 
@@ -206,15 +201,13 @@ def _against_velocity(position: AidSamples, north_east: np.ndarray, velocity: Ai
         looks = f"{' and '.join(best.split())} look{'' if ' ' in best else 's'} like rad"
         yield warning("unit", "position", f"{shown}: {looks}", advice=_say_unit("rad", *best.split()), certain=True)
     elif fits[best] < EQUAL:
-        yield warning(
-            "axes", "velocity", f"the velocities contradict the positions: {best}", advice="see the columns", certain=True
-        )
+        shown = f"the velocities contradict the positions: {best}"
+        yield warning("axes", "velocity", shown, advice="see the columns", certain=True)
     elif coherence > COHERENT and not 1 / SAME_SCALE < scale < SAME_SCALE:
         yield _other_scale("velocity", shown, scale)
     elif coherence < CONTRADICTING:
-        yield warning(
-            "contradiction", "velocity", f"{shown}, in unrelated directions", advice="see the columns, and the clocks of both"
-        )
+        shown += ", in unrelated directions"
+        yield warning("contradiction", "velocity", shown, advice="see the columns, and the clocks of both")
 
 
 def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Iterator[Finding]:
@@ -231,13 +224,8 @@ def _against_climb(t_s: np.ndarray, up: np.ndarray, velocity: AidSamples) -> Ite
         shown = f"over 10 s the height changes by {up_m:.3g} m, the vertical velocity says {travelled_m:.3g} m (rms)"
         yield _other_scale("velocity", shown, up_m / travelled_m)
     elif coherence < -COHERENT:
-        yield warning(
-            "sign",
-            "velocity",
-            "the height rises while the vertical velocity says down",
-            advice="down is positive: negate it",
-            certain=True,
-        )
+        shown = "the height rises while the vertical velocity says down"
+        yield warning("sign", "velocity", shown, advice="down is positive: negate it", certain=True)
 
 
 def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Finding]:

@@ -102,10 +102,10 @@ def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_
     """Changes of a unit vector over windows: observed, and predicted by the rates in rad/s, with and without their mean."""
     said_rms, seen_rms = _rms(said), _rms(seen)
     if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and TURNED[0] < said_rms < TURNED[1]:
-        return Evidence(
-            "deg/s",
-            f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}",
+        because = (
+            f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}"
         )
+        return Evidence("deg/s", because)
     if seen_rms < LEAST_TURNING or not said_rms > 0:
         return None
     if is_field and seen_rms > max(FIELD_TURNED, AS_FAST * _rms(turning)):
@@ -131,9 +131,8 @@ def _density(gyro_s: np.ndarray, rate: np.ndarray) -> float:
 def _by_noise(gyro_s: np.ndarray, rate: np.ndarray) -> Evidence:
     density = _density(gyro_s, rate)
     if density > LOUD:
-        return Evidence(
-            "deg/s", f"a body that hardly turns has a noise of {density:.2g} per sqrt(Hz), and no gyroscope as much in rad/s"
-        )
+        because = f"a body that hardly turns has a noise of {density:.2g} per sqrt(Hz), and no gyroscope as much in rad/s"
+        return Evidence("deg/s", because)
     if 0 < density < SILENT:
         return Evidence("rad/s", "no gyroscope is as silent in deg/s")
     return Evidence(None, "the body hardly turns, and its noise may be of either")

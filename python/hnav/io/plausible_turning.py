@@ -181,22 +181,14 @@ def _sign(
     elif (middle < 0) == (hemisphere != "south"):
         points, side, other = ("up", "south", "south") if middle < 0 else ("down", "north", "north")
         shown = f"the field points {points} by {abs(dip_deg):.0f} deg as the force has it: right only {side} of the magnetic equator, else force or field is negated"
-        yield warning(
-            "sign",
-            "accel",
-            shown,
-            "axes",
-            "accel=-x,-y,-z",
-            advice=f'or say hemisphere "{other}"',
-            certain=hemisphere is not None,
-        )
+        advice, certain = f'or say hemisphere "{other}"', hemisphere is not None
+        yield warning("sign", "accel", shown, "axes", "accel=-x,-y,-z", advice, certain)
 
 
 def dip_sines(live: Samples) -> np.ndarray:
     """Sine of the field's dip, positive downward, at rows where the body hardly accelerates."""
     (accel_s, force), (mag_s, field) = live["accel"], live["mag"]
-    nearest = np.clip(np.searchsorted(accel_s, mag_s), 0, len(accel_s) - 1)
-    force = force[nearest]
+    force = force[np.clip(np.searchsorted(accel_s, mag_s), 0, len(accel_s) - 1)]
     lengths, strengths = np.linalg.norm(force, axis=1), np.linalg.norm(field, axis=1)
     quiet = (np.abs(lengths / np.median(lengths) - 1) < 0.15) & (strengths > 0)
     return np.asarray(-(force[quiet] * field[quiet]).sum(axis=1) / (lengths[quiet] * strengths[quiet]))

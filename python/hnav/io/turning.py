@@ -142,12 +142,8 @@ def fit_of(gyro: Samples, vector: Samples, time_factor: float, offset: bool) -> 
         return None
     steps_s = np.diff(t_s)
     angle = integral_over(gyro[0] * time_factor, gyro[1], t_s)
-    use = (
-        (steps_s > 0)
-        & (steps_s < LONGEST_STEP_S)
-        & (t_s[:-1] >= gyro[0][0] * time_factor)
-        & (t_s[1:] <= gyro[0][-1] * time_factor)
-    )
+    inside = (t_s[:-1] >= gyro[0][0] * time_factor) & (t_s[1:] <= gyro[0][-1] * time_factor)
+    use = inside & (steps_s > 0) & (steps_s < LONGEST_STEP_S)
     if use.sum() < ENOUGH:
         return None
     steps_s = steps_s[use]
