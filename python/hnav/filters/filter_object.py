@@ -7,7 +7,6 @@ from collections.abc import Callable
 from copy import copy
 from typing import Any, ParamSpec, TypeVar
 
-import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
@@ -121,8 +120,3 @@ class FilterObject(HybridView):
     def health(self) -> Health:
         """The state of each sensor, and how often the estimate and the time base started again."""
         return Health.read(self._filled("hnav_health", "health"))
-
-    def _numbers(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
-        arrays = [np.empty(shape) for shape in shapes]
-        self._call(name, *map(address, arrays))
-        return arrays

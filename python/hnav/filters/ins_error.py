@@ -22,9 +22,10 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
+from hnav.filters.hybrid_view import NumberedObject
 from hnav.filters.linear_model import LinearModel
 from hnav.native.arrays import Array, Record, address, doubles
-from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
+from hnav.native.library import enumerators, ffi, library, new, text
 from hnav.native.options import OptionSet, complete
 
 FORMS = enumerators("hnav_ins_error_form", "HNAV_INS_ERROR_")
@@ -105,7 +106,7 @@ class InsErrorInfo(Record):
 # --------------------------------------------------------------------------------------------- the filter
 
 
-class InsErrorFilter(StatefulObject):
+class InsErrorFilter(NumberedObject):
     """A Kalman filter for measurements with time-correlated errors.
 
         InsErrorFilter(model, form="amdkf", window=20)
@@ -146,9 +147,8 @@ class InsErrorFilter(StatefulObject):
         nx, nu, nz, n = self.model.nx, self.model.nu, self.model.nz, len(np.asarray(z))
         held = doubles(np.zeros((n, 0)) if u is None else u, (n, nu), "u")
         seen, mask = doubles(z, (n, nz), "z"), _mask(present, (n, nz))
-        widths: dict[str, tuple[int, ...]] = dict(
-            x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=(), process_fault_probability=()
-        )  # fmt: skip
+        widths: dict[str, tuple[int, ...]]
+        widths = dict(x=(nx,), sigma=(nx,), covariance=(nx, nx), nis=(), process_fault_probability=())
         run = InsErrorRun(**{name: np.empty((n, *widths.get(name, (nz,)))) for name in OUTPUTS})
         given = new("hnav_ins_error_run_input", u=address(held), z=address(seen), present=address(mask))
         wanted = new("hnav_ins_error_run_output", **{_IN_C.get(name, name): address(getattr(run, name)) for name in OUTPUTS})
@@ -165,31 +165,31 @@ class InsErrorFilter(StatefulObject):
 
     def estimate(self) -> tuple[Array, Array]:
         """State and its standard deviations: nx each, of the newest step, or of the one before (mdkf, amdkf, lag = 1)."""
-        x, sigma = self._arrays("estimate", self.model.nx, self.model.nx)
+        x, sigma = self._numbers("estimate", self.model.nx, self.model.nx)
         return x, sigma
 
     def covariance(self) -> Array:
         """nx x nx: of the state."""
-        return self._arrays("covariance", (self.model.nx, self.model.nx))[0]
+        return self._numbers("covariance", (self.model.nx, self.model.nx))[0]
 
     def coloured_error(self) -> tuple[Array, Array, Array]:
         """lambda, its standard deviations, and the compensated measurement z - lambda: nz each."""
-        lam, sigma, compensated = self._arrays("coloured_error", *[self.model.nz] * 3)
+        lam, sigma, compensated = self._numbers("coloured_error", *[self.model.nz] * 3)
         return lam, sigma, compensated
 
     def innovation(self) -> tuple[Array, Array, float]:
         """Of the newest sample: innovation (nz), its covariance S (nz x nz), NIS. Raises HnavRuntimeError before the first."""
-        nu, S, nis = self._arrays("innovation", self.model.nz, (self.model.nz, self.model.nz), 1)
+        nu, S, nis = self._numbers("innovation", self.model.nz, (self.model.nz, self.model.nz), 1)
         return nu, S, float(nis[0])
 
     def noise(self) -> tuple[Array, Array]:
         """By channel (nz each): factor on the noise, and the probability that it is above 1."""
-        scale, fault_probability = self._arrays("noise", self.model.nz, self.model.nz)
+        scale, fault_probability = self._numbers("noise", self.model.nz, self.model.nz)
         return scale, fault_probability
 
     def faults(self) -> tuple[Array, Array, float]:
         """Probabilities of a fault: of the noise of each channel (nz), of a jump of its coloured error (nz), of the process."""
-        noise, bias, process = self._arrays("faults", self.model.nz, self.model.nz, 1)
+        noise, bias, process = self._numbers("faults", self.model.nz, self.model.nz, 1)
         return noise, bias, float(process[0])
 
     @property
@@ -199,16 +199,11 @@ class InsErrorFilter(StatefulObject):
 
     def separability(self) -> float:
         """0: a mode of A moves the measurements just as lambda does; 1: nothing like it. The smallest over the modes."""
-        return float(self._arrays("separability", 1)[0][0])
+        return float(self._numbers("separability", 1)[0][0])
 
     def info(self) -> InsErrorInfo:
         """The number of steps so far, and the sizes of the model."""
         return InsErrorInfo.read(self._filled("hnav_ins_error_info", "info"))
-
-    def _arrays(self, name: str, *shapes: int | tuple[int, ...]) -> list[Array]:
-        arrays = [np.empty(shape) for shape in shapes]
-        self._call(name, *map(address, arrays))
-        return arrays
 
 
 def _continued(first_model: LinearModel, options: InsErrorOptions, model: LinearModel, state: bytes) -> InsErrorFilter:

@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
+from hnav.filters.hybrid_view import NumberedObject
 from hnav.filters.observer_plan import Estimated, Input, Plan, Sensor
 from hnav.filters.plant import Asked, Plant
 from hnav.filters.run_base import RunBase
@@ -31,7 +32,7 @@ from hnav.io.archive_room import Room
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
 from hnav.native.arrays import Array, Record, address, times
-from hnav.native.library import StatefulObject, enumerators, ffi, library, new, text
+from hnav.native.library import enumerators, ffi, library, new, text
 from hnav.native.options import OptionSet, complete
 
 BLOCKS = enumerators("hnav_plant_block", "HNAV_")
@@ -225,7 +226,7 @@ def contradicted(proof: Mapping[str, BlockProof], plan: Plan) -> list[str]:
 # --------------------------------------------------------------------------------------------- the observer
 
 
-class Observer(StatefulObject):
+class Observer(NumberedObject):
     """Estimates what a Plan names.
 
         Observer(plan, horizon_s=0.2)
@@ -328,9 +329,7 @@ class Observer(StatefulObject):
 
     def covariance(self) -> Array:
         """N x N."""
-        P = np.empty((len(self.names),) * 2)
-        self._call("covariance", address(P))
-        return P
+        return self._numbers("covariance", (len(self.names),) * 2)[0]
 
     def info(self) -> ObserverInfo:
         """Where the observer stands."""
@@ -371,37 +370,34 @@ class Observer(StatefulObject):
         for k, known in enumerate(plan.inputs.values()):
             if known.interpolation == "linear":
                 held[:, k] = _means_to_the_next(t, held[:, k])
-        x, sigma, covariance = np.empty((n, N)), np.empty((n, N)), np.empty((n, N, N))
-        innovation, nis, likelihood, events = np.empty((n, m)), np.empty((n, m)), np.empty(n), np.empty(n)
-        ready, parts, failed = np.empty(n, np.uint8), np.empty(n, np.uint8), np.empty(n, np.uint8)
+        shapes = dict(
+            x=(n, N), sigma=(n, N), covariance=(n, N, N), innovation=(n, m), nis=(n, m), log_likelihood=n, plant_events=n
+        )
+        made: dict[str, Any] = {name: np.empty(shape) for name, shape in shapes.items()}
+        made |= {name: np.empty(n, np.uint8) for name in ("ready", "parts", "failed")}
         given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
-        wanted = new(
-            "hnav_observer_run_output", x=address(x), sigma=address(sigma), covariance=address(covariance),
-            innovation=address(innovation), nis=address(nis), ready=address(ready), log_likelihood=address(likelihood),
-            parts=address(parts), plant_events=address(events), failed=address(failed),
-        )  # fmt: skip
+        wanted = new("hnav_observer_run_output", **{name: address(array) for name, array in made.items()})
         if smooth:
             self._do("hnav_observer_smooth", n, given, wanted)
         else:
             self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
         if self._asked is not None:
             self._asked.raise_kept()
+        failed = made.pop("failed")
+        made["innovation"] = made["innovation"] / scale
+        made |= {name: dict(zip(self.names, made[name].T)) for name in ("x", "sigma")}
+        made |= {name: dict(zip(plan.sensors, made[name].T)) for name in ("innovation", "nis")}
+        made["ready"] = made["ready"].astype(bool)
+        because = text(library().hnav_filter_message(self._handle)) if failed.any() else ""
+        dropped, held_back = (int((failed & bit > 0).sum()) for bit in (_DROPPED, _HELD))
         return ObserverRun(
-            plan=plan,
             t_s=t,
-            x=dict(zip(self.names, x.T)),
-            sigma=dict(zip(self.names, sigma.T)),
-            covariance=covariance,
-            innovation=dict(zip(plan.sensors, (innovation / scale).T)),
-            nis=dict(zip(plan.sensors, nis.T)),
-            log_likelihood=likelihood,
-            ready=ready.astype(bool),
-            parts=parts,
-            plant_events=events,
+            **made,
             proof=self.proof(),
-            dropped=int((failed & _DROPPED > 0).sum()),
-            held=int((failed & _HELD > 0).sum()),
-            dropped_because=text(library().hnav_filter_message(self._handle)) if failed.any() else "",
+            dropped=dropped,
+            dropped_because=because,
+            held=held_back,
+            plan=plan,
             smoothed=smooth,
         )
 
