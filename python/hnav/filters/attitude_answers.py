@@ -136,7 +136,8 @@ class Run(RunBase):
         return columns | {name: pd.Categorical.from_codes(columns[name], dtype=words) for name in RUN_COLUMNS["health"]}
 
 
-def _of_axes(name: str, unit: str) -> tuple[str, ...]:
+def of_axes(name: str, unit: str) -> tuple[str, ...]:
+    """Names of the columns of three axes."""
     return tuple(f"{name}_{axis}_{unit}" for axis in "xyz")
 
 
@@ -144,9 +145,9 @@ def _of_axes(name: str, unit: str) -> tuple[str, ...]:
 RUN_COLUMNS = {
     "q_nb": ("q_w", "q_x", "q_y", "q_z"),
     "euler_rad": ("roll_rad", "pitch_rad", "yaw_rad"),
-    "sigma_rad": _of_axes("sigma", "rad"),
-    "gyro_bias_rad_s": _of_axes("gyro_bias", "rad_s"),
-    "gyro_bias_sigma_rad_s": _of_axes("gyro_bias_sigma", "rad_s"),
+    "sigma_rad": of_axes("sigma", "rad"),
+    "gyro_bias_rad_s": of_axes("gyro_bias", "rad_s"),
+    "gyro_bias_sigma_rad_s": of_axes("gyro_bias_sigma", "rad_s"),
     "accel_nis": ("accel_nis",),
     "mag_nis": ("mag_nis",),
     "ready": ("tilt_ready", "heading_ready"),

@@ -86,13 +86,8 @@ def _hrekf(rows: RowWindows, seconds: dict[str, Array], options: Options) -> Win
     ):  # fmt: skip
         H = np.hstack([cross(vector), np.zeros((3, 3))]) * sigma
         information[kind] = block(seconds[kind] / noise**2, H.T @ H)
-    return Windows(
-        rows.t_s,
-        rows.begin_s,
-        Phi * sigma / sigma[:, None],
-        _noise(rows, sigma, variance, options.gyro_bias_walk_rad_s_per_sqrt_s),
-        information,
-    )
+    Q = _noise(rows, sigma, variance, options.gyro_bias_walk_rad_s_per_sqrt_s)
+    return Windows(rows.t_s, rows.begin_s, Phi * sigma / sigma[:, None], Q, information)
 
 
 def _ahrs(rows: RowWindows, seconds: dict[str, Array], options: Options) -> Windows:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -58,17 +58,11 @@ class LibraryRun:
         t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
         field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
         speeds = speeds or speeds_of(recording, self.options)
-        begin = time.perf_counter()
-        run = self._filter.run(
-            t_s,
-            rate,
-            force,
-            field,
-            smooth=smooth,
-            check=False,
-            speed_m_s=None if speeds is None else speeds.m_s[rows],
-            speed_sigma_m_s=SPEED_SIGMA_M_S if speeds is None else speeds.sigma_m_s[rows],
+        of_rows: dict[str, Any] = (
+            {} if speeds is None else {"speed_m_s": speeds.m_s[rows], "speed_sigma_m_s": speeds.sigma_m_s[rows]}
         )
+        begin = time.perf_counter()
+        run = self._filter.run(t_s, rate, force, field, smooth=smooth, check=False, **of_rows)
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)
         return run
 

@@ -224,12 +224,9 @@ _COLUMNS = {
 
 
 # The arrays of an InsRun, which the library fills, and the axes of each beside its rows.
-INS_RUN_ARRAYS = {
-    "t_s": (), "place": (3,), "velocity_n_m_s": (3,), "q_nb": (4,), "sigma_position_m": (3,), "sigma_velocity_m_s": (3,),
-    "sigma_rotation_rad": (3,), "gyro_bias_rad_s": (3,), "accel_bias_m_s2": (3,), "heading_second": (2,),
-    "protection_m": (2,), "protection_heading_rad": (),
-    "phase": (), "ready": (4,), "at_rest": (),
-}  # fmt: skip
+INS_RUN_ARRAYS: dict[str, tuple[int, ...]]
+INS_RUN_ARRAYS = {name: (len(columns),) for name, columns in _COLUMNS.items() if name != "euler_rad"}
+INS_RUN_ARRAYS |= dict.fromkeys(("t_s", "protection_heading_rad", "phase", "at_rest"), ())
 _BYTES = {"phase": np.uint8, "ready": bool, "at_rest": bool}
 
 

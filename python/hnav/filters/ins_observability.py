@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -147,7 +146,7 @@ def _information(motion: Motion, run: InsRun, aids: Aids, options: Options, sigm
         found.setdefault(kind, np.zeros((m, N, N)))[window] += H.T @ (H / variance[known, None])
 
     for kind, window, sigmas in _samples(aids, rows):
-        add(kind, window, *MEASURED[kind](motion, window, sigmas, options))
+        add(kind, window, *_measured(kind, motion, window, sigmas, options))
     still = rows.summed(run.at_rest[rows.rows] * rows.steps_s)
     for window in np.flatnonzero(still > 0).tolist():
         add("rest", window, *_rest(motion, window, still[window], options))
@@ -189,39 +188,34 @@ def _along(motion: Motion, window: int) -> Array:
 Measured = tuple[Array, Array]  # H, and the variance of each row
 
 
-def _position(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    colour = np.array(options.position_colour_m)[[0, 0, 1]]
-    return _picked(POSITION), sigmas**2 + colour**2
+def _measured(kind: str, motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
+    """What a sample of an aid with these sigmas measures at the end of a window."""
+    length_s = motion.rows.length_s[window]
+    match kind:
+        case "position":
+            return _picked(POSITION), sigmas**2 + np.array(options.position_colour_m)[[0, 0, 1]] ** 2
+        case "velocity":
+            return _picked(VELOCITY), sigmas**2
+        case "rest":
+            return _picked(VELOCITY), np.broadcast_to(sigmas**2, 3)
+        case "pressure":
+            return _picked(POSITION)[2:], (sigmas / PASCAL_PER_M) ** 2 + options.pressure_colour_m**2
+        case "speed":
+            scale = options.start_sigma_speed_scale * np.linalg.norm(motion.velocity[window])
+            return _along(motion, window)[:1], sigmas**2 + scale**2
+        case "heading":
+            return _picked(ROTATION)[2:], sigmas**2 * max(1.0, options.heading_colour_s / length_s)
+        case _:
+            return _azimuth(motion, window), np.full(1, options.field_noise**2 * max(1.0, options.field_colour_s / length_s))
 
 
-def _velocity(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    return _picked(VELOCITY), sigmas**2
-
-
-def _pressure(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    return _picked(POSITION)[2:], (sigmas / PASCAL_PER_M) ** 2 + options.pressure_colour_m**2
-
-
-def _speed(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    scale = options.start_sigma_speed_scale * np.linalg.norm(motion.velocity[window])
-    return _along(motion, window)[:1], sigmas**2 + scale**2
-
-
-def _stood(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    return _picked(VELOCITY), np.broadcast_to(sigmas**2, 3)
-
-
-def _heading(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    return _picked(ROTATION)[2:], sigmas**2 * max(1.0, options.heading_colour_s / motion.rows.length_s[window])
-
-
-def _mag(motion: Motion, window: int, sigmas: Array, options: Options) -> Measured:
-    """The azimuth of the field: heading, iron across the horizontal field, and direction of the field at the place."""
-    row = motion.rows.begins[window + 1] - 1
+def _azimuth(motion: Motion, window: int) -> Array:
+    """1 x N: that of the field, by heading, iron across the horizontal field, and direction of the field at the place."""
+    to_axes = motion.rows.matrix[motion.rows.begins[window + 1] - 1]
     north = motion.rows.forward(np.array([1.0, 0.0, 0.0]))
     H = np.zeros((1, N))
-    H[0, 2], H[0, IRON], H[0, DIRECTION] = 1.0, np.array([-north[1], north[0], 0.0]) @ motion.rows.matrix[row], -1.0
-    return H, np.full(1, options.field_noise**2 * max(1.0, options.field_colour_s / motion.rows.length_s[window]))
+    H[0, 2], H[0, IRON], H[0, DIRECTION] = 1.0, np.array([-north[1], north[0], 0.0]) @ to_axes, -1.0
+    return H
 
 
 def _rest(motion: Motion, window: int, seconds: float, options: Options) -> Measured:
@@ -231,8 +225,3 @@ def _rest(motion: Motion, window: int, seconds: float, options: Options) -> Meas
     noise = options.rest_rate_noise_rad_per_sqrt_s**2 + options.gyro_noise_rad_per_sqrt_s**2
     variance = np.r_[np.full(3, options.rest_velocity_noise_m_s**2 / (RESTS_PER_S * seconds)), noise / seconds]
     return np.vstack([_picked(VELOCITY), turned]), variance
-
-
-MEASURED: dict[str, Callable[[Motion, int, Array, Options], Measured]] = {
-    "position": _position, "velocity": _velocity, "pressure": _pressure, "speed": _speed, "rest": _stood, "heading": _heading, "mag": _mag,
-}  # fmt: skip

@@ -16,7 +16,7 @@ from typing import Any, Self
 
 from hnav.errors import HnavValueError
 from hnav.filters.plant import Plant
-from hnav.io.model_description import ModelDescription, Unit, Variable, read_model_description
+from hnav.io.model_description import ModelDescription, Variable, read_model_description
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,6 @@ class Plan:
         -inf and inf for none."""
         if name not in self.states:
             raise _unknown(name, "state", self.states)
-        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
         self.states[name] = self._bounded(name, Estimated(start, start_sigma, noise, ready_sigma, nominal=nominal), min, max)
         return self
 
@@ -134,7 +133,6 @@ class Plan:
                 raise _impossible(
                     self.plant, name, f"{name} is {variable.variability}: it cannot be estimated; export it as tunable"
                 )
-        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma)
         self.parameters[name] = self._bounded(name, Estimated(start, start_sigma, noise, ready_sigma, log=bool(log)), min, max)
         return self
 
@@ -145,11 +143,9 @@ class Plan:
         """An input that is not measured, estimated as a random walk, or, with a time constant, as one that decays to 0. min, max: as of
         a state."""
         self._input(name)
-        _check(name, start_sigma=start_sigma, noise=noise, ready_sigma=ready_sigma, time_constant_s=time_constant_s)
+        known = Estimated(start, start_sigma, noise, ready_sigma, time_constant_s)
+        self.unknown_inputs[name] = self._bounded(name, known, min, max)
         self.inputs.pop(name, None)
-        self.unknown_inputs[name] = self._bounded(
-            name, Estimated(start, start_sigma, noise, ready_sigma, time_constant_s), min, max
-        )
         return self
 
     def input(
@@ -164,11 +160,8 @@ class Plan:
         if not math.isfinite(factor) or factor == 0:
             raise HnavValueError("option", f"factor of {name} is {factor:g}: it must be finite and not 0", "factor")
         if interpolation not in _INTERPOLATIONS:
-            raise HnavValueError(
-                "option",
-                f"interpolation of {name} is {interpolation!r}: it must be {' or '.join(_INTERPOLATIONS)}",
-                "interpolation",
-            )
+            wrong = f"interpolation of {name} is {interpolation!r}: it must be {' or '.join(_INTERPOLATIONS)}"
+            raise HnavValueError("option", wrong, "interpolation")
         self.unknown_inputs.pop(name, None)
         self.inputs[name] = Input(start, column or name, scale * factor, offset, interpolation)
         return self
@@ -183,7 +176,8 @@ class Plan:
         if isinstance(self.plant, Plant):
             _among(of, "sensor", self.plant.sensors)
         factor, shift = self._converted(of, "a sensor", unit)
-        _check(name, sensor_noise=noise, gate_nis=gate_nis)
+        _check(name, "noise", noise, above_0=True)
+        _check(name, "gate_nis", gate_nis)
         if not math.isfinite(offset):
             raise HnavValueError("option", f"offset of {name} is {offset:g}: it must be finite", "offset")
         self.sensors[name] = Sensor(noise, gate_nis, factor, shift + factor * offset, of, offset)
@@ -218,7 +212,9 @@ class Plan:
         return made
 
     def _bounded(self, name: str, known: Estimated, least: float | None = None, most: float | None = None) -> Estimated:
-        """As told, or as the FMU has them."""
+        """Within the given bounds, or those of the FMU. Raises HnavValueError for a sigma, noise or time constant below 0."""
+        for key in ("start_sigma", "noise", "ready_sigma", "time_constant_s"):
+            _check(name, key, getattr(known, key), above_0=key == "ready_sigma")
         own = None if isinstance(self.plant, Plant) else self.plant.variable(name)
         low = least if least is not None else own.min if own else -math.inf
         high = most if most is not None else own.max if own else math.inf
@@ -316,15 +312,12 @@ def _numbers(known: Estimated) -> str:
 
 
 _INTERPOLATIONS = ("hold", "linear")
-_ABOVE_0 = ("sensor_noise", "ready_sigma")
 
 
-def _check(name: str, **values: float) -> None:
-    for key, value in values.items():
-        if not (value > 0 if key in _ABOVE_0 else value >= 0):
-            bound = "above 0" if key in _ABOVE_0 else "at least 0"
-            shown = key.removeprefix("sensor_")
-            raise HnavValueError("option", f"{shown} of {name} is {value:g}: it must be {bound}", shown)
+def _check(name: str, key: str, value: float, above_0: bool = False) -> None:
+    if not (value > 0 if above_0 else value >= 0):
+        bound = "above 0" if above_0 else "at least 0"
+        raise HnavValueError("option", f"{key} of {name} is {value:g}: it must be {bound}", key)
 
 
 def _refuse_events(fmu: ModelDescription) -> None:
@@ -369,10 +362,6 @@ def _conversion(fmu: ModelDescription, variable: Variable, unit: str) -> tuple[f
         )  # fmt: skip
     if own.dimensions != given.dimensions:
         raise _impossible(fmu, variable.name, f"{variable.name} is in {variable.unit}, which {unit} cannot be converted to")
-    return _factor(own, given)
-
-
-def _factor(own: Unit, given: Unit) -> tuple[float, float]:
     return given.factor / own.factor, (given.offset - own.offset) / own.factor
 
 

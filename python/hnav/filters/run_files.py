@@ -19,7 +19,7 @@ import numpy as np
 
 from hnav import __version__
 from hnav.errors import HnavValueError
-from hnav.filters.attitude_answers import Run
+from hnav.filters.attitude_answers import Run, of_axes
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.options import Options
 from hnav.io.outputs import write_files
@@ -36,24 +36,20 @@ def columns(run: Run) -> dict[str, np.ndarray]:
     tilt_deg is the angle between the body's z axis and the vertical. accel_accepted and mag_accepted are 1 where the gate let a
     sample pass as it was, 0 where not, NaN where there was none; all NaN in a run that did not ask for them.
     """
-    tables: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
-        "t_s": (("t_s",), run.t_s[:, None]),
-        "q": (("q0", "q1", "q2", "q3"), run.q_nb),
-        "euler": (("roll_deg", "pitch_deg", "yaw_deg"), np.degrees(run.euler_rad)),
-        "angles": (("heading_deg", "tilt_deg"), np.degrees(np.stack([run.heading_rad % (2 * np.pi), _tilt_rad(run)], axis=1))),
-        "bias": (_of_axes("bias", "deg_s"), np.degrees(run.gyro_bias_rad_s)),
-        "sigma": (_of_axes("sigma", "deg"), np.degrees(run.sigma_rad)),
-        "bias_sigma": (_of_axes("sigma_bias", "deg_s"), np.degrees(run.gyro_bias_sigma_rad_s)),
-        "ready": (("tilt_ready", "heading_ready"), run.ready.astype(np.uint8)),
-        "nis": (("accel_nis", "mag_nis"), np.stack([run.accel_nis, run.mag_nis], axis=1)),
-        "accepted": (("accel_accepted", "mag_accepted"), _accepted(run)),
-        "health": (tuple(f"{sensor}_health" for sensor in HEALTH_SENSORS), run.health),
-    }
-    return {name: table[:, i] for names, table in tables.values() for i, name in enumerate(names)}
-
-
-def _of_axes(name: str, unit: str) -> tuple[str, ...]:
-    return tuple(f"{name}_{axis}_{unit}" for axis in "xyz")
+    tables: list[tuple[tuple[str, ...], np.ndarray]] = [
+        (("t_s",), run.t_s[:, None]),
+        (("q0", "q1", "q2", "q3"), run.q_nb),
+        (("roll_deg", "pitch_deg", "yaw_deg"), np.degrees(run.euler_rad)),
+        (("heading_deg", "tilt_deg"), np.degrees(np.stack([run.heading_rad % (2 * np.pi), _tilt_rad(run)], axis=1))),
+        (of_axes("bias", "deg_s"), np.degrees(run.gyro_bias_rad_s)),
+        (of_axes("sigma", "deg"), np.degrees(run.sigma_rad)),
+        (of_axes("sigma_bias", "deg_s"), np.degrees(run.gyro_bias_sigma_rad_s)),
+        (("tilt_ready", "heading_ready"), run.ready.astype(np.uint8)),
+        (("accel_nis", "mag_nis"), np.stack([run.accel_nis, run.mag_nis], axis=1)),
+        (("accel_accepted", "mag_accepted"), _accepted(run)),
+        (tuple(f"{sensor}_health" for sensor in HEALTH_SENSORS), run.health),
+    ]
+    return {name: table[:, i] for names, table in tables for i, name in enumerate(names)}
 
 
 def _tilt_rad(run: Run) -> Array:
@@ -72,11 +68,12 @@ def _accepted(run: Run) -> Array:
 
 def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
     """Lines of the head of the file; more: lines of the caller."""
-    lines = [f"hnav {__version__}", *more, *option_lines(run.options)]
     states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
     frame = "" if run.options is None else f" ({run.options.navigation_frame})"
     return [
-        *lines,
+        f"hnav {__version__}",
+        *more,
+        *option_lines(run.options),
         f"q: scalar first, body to navigation{frame}; sigma_x, y, z: about the navigation axes; bias: body axes",
         "heading: clockwise from north; tilt: of body z from the vertical; ready, accepted: 1 or 0",
         f"health: {states}",
