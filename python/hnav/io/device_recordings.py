@@ -52,10 +52,9 @@ class WheelUnavailable(HnavRuntimeError):
 
 @dataclass(frozen=True)
 class DeviceRecording:
-    """A recording: its place in the wheel, its frames and units."""
+    """A recording, its frames and units."""
 
     recording: Recording  # the reference attitude is the device's own estimate, not ground truth
-    source: str
     findings: tuple[str, ...]
 
 
@@ -131,7 +130,6 @@ def read_xsens(wheel: Path) -> DeviceRecording:
     recording = Recording("Xsens, walking", t_s, rows[:, 4:7], rows[:, 1:4], rows[:, 7:10] * TESLA_PER_ARBITRARY_UNIT, q_enu)
     return DeviceRecording(
         recording,
-        source="tests/data/data_xsens.txt",
         findings=(
             "device quaternion: sensor to north-west-up, north is magnetic, scalar first",
             "rate rad/s, mean over the past interval; force m/s²",
@@ -172,7 +170,6 @@ def read_x_imu(wheel: Path) -> DeviceRecording:
     recording = Recording("x-IMU, worn", t_s, rate, force, field_gauss * TESLA_PER_GAUSS, q_enu)
     return DeviceRecording(
         recording,
-        source="tests/data/data_xio",
         findings=(
             "device quaternion: north-west-up to sensor, scalar first, at every second row,",
             "turned by the tare of 150 deg in the device's registers (undone here)",

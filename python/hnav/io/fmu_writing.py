@@ -22,6 +22,7 @@ _NAME_BYTES = 63  # the longest name that the binary can hold
 _FNV = 14695981039346656037, 1099511628211
 _STRUCTURED = re.compile(r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*|time|der\(.*\)")
 _INF = math.inf
+_HEADINGS = {"input": "Inputs", "output": "Outputs", "parameter": "Parameters", "local": "Continuous states"}  # of the page
 
 
 @dataclass(frozen=True)
@@ -121,13 +122,10 @@ def model_description(about: About, rows: Sequence[Row], units: dict[str, Unit],
 
 
 def _interfaces(about: About, fmi: int) -> list[str]:
-    state = "canGetAndSetFMUstate", "canSerializeFMUstate"
-    if fmi == 3:
-        state = "canGetAndSetFMUState", "canSerializeFMUState"
+    state = "FMUstate" if fmi == 2 else "FMUState"
     both = dict(modelIdentifier=about.identifier, canBeInstantiatedOnlyOncePerProcess=about.once or None)
-    both |= dict(zip(state, (True, about.serialises_state or None))) | {
-        "canNotUseMemoryManagementFunctions": True if fmi == 2 else None
-    }
+    both |= {f"canGetAndSet{state}": True, f"canSerialize{state}": about.serialises_state or None}
+    both |= {"canNotUseMemoryManagementFunctions": True if fmi == 2 else None}
     needed = about.needs_step_completion
     exchange = {"completedIntegratorStepNotNeeded": not needed} if fmi == 2 else {"needsCompletedIntegratorStep": needed}
     steps = {"hasEventMode": True, "providesIntermediateUpdate": True} if fmi == 3 else {}
@@ -140,8 +138,7 @@ def _interfaces(about: About, fmi: int) -> list[str]:
 def _units(rows: Sequence[Row], units: dict[str, Unit]) -> list[str]:
     lines = ["  <UnitDefinitions>"]
     for name in sorted({row.unit for row in rows if row.unit}):
-        known = units.get(name)
-        if known is None:
+        if (known := units.get(name)) is None:
             lines.append(f"    <Unit name={quoteattr(name)}/>")
             continue
         exponents = {dimension: power for dimension, power in zip(DIMENSIONS, known.dimensions) if power}
@@ -151,15 +148,13 @@ def _units(rows: Sequence[Row], units: dict[str, Unit]) -> list[str]:
 
 
 def _choices(rows: Sequence[Row], fmi: int) -> list[str]:
-    begin, end = ("<SimpleType{}><Enumeration>", "</Enumeration></SimpleType>")
+    begin, end = "<SimpleType{}><Enumeration>", "</Enumeration></SimpleType>"
     if fmi == 3:
         begin, end = "<EnumerationType{}>", "</EnumerationType>"
     lines = []
     for row in rows:
         if row.choices:
-            items = "".join(
-                f"<Item{_attributes(name=n, value=k, description=meaning)}/>" for k, (n, meaning) in enumerate(row.choices)
-            )
+            items = "".join(f"<Item{_attributes(name=n, value=k, description=d)}/>" for k, (n, d) in enumerate(row.choices))
             lines.append("    " + begin.format(_attributes(name=f"choice.{row.name}")) + items + end)
     return ["  <TypeDefinitions>", *lines, "  </TypeDefinitions>"]
 
@@ -194,17 +189,13 @@ def _variable(row: Row, reference: int, fmi: int) -> str:
 def _structure(rows: Sequence[Row], fmi: int) -> list[str]:
     place = "index" if fmi == 2 else "valueReference"  # one number, because value references count the variables from 1
 
-    def unknown(element: str, k: int, initial: bool) -> str:
-        known = rows[k].depends_on
-        dependencies = None if initial or known is None else listed_once(tuple(known))
-        return f"    <{element}{_attributes(**{place: k + 1}, dependencies=dependencies)}/>"
-
     @cache  # all numbers of a column of an observer's transition depend on the same states
-    def listed_once(known: tuple[int, ...]) -> str:
-        return " ".join(str(j + 1) for j in known)
+    def dependencies(known: tuple[int, ...] | None) -> str | None:
+        return None if known is None else " ".join(str(j + 1) for j in known)
 
     def listed(element: str, wanted: Iterable[int], initial: bool = False) -> list[str]:
-        return [unknown(element, k, initial) for k in wanted]
+        known = {k: None if initial else dependencies(rows[k].depends_on) for k in wanted}
+        return [f"    <{element}{_attributes(**{place: k + 1}, dependencies=on)}/>" for k, on in known.items()]
 
     outputs = [k for k, row in enumerate(rows) if row.causality == "output"]
     derivatives = [k for k, row in enumerate(rows) if row.derivative_of is not None]
@@ -258,12 +249,7 @@ def page(title: str, paragraphs: Iterable[str], rows: Sequence[Row]) -> str:
         "font-size:90%}td,th{border:1px solid #ccc;padding:.2em .6em;text-align:left;vertical-align:top}th{background:#f3f3f3}</style></head><body>",
         f"<h1>{escape(title)}</h1>", *(f"<p>{escape(text)}</p>" for text in paragraphs),
     ]  # fmt: skip
-    for causality, heading in (
-        ("input", "Inputs"),
-        ("output", "Outputs"),
-        ("parameter", "Parameters"),
-        ("local", "Continuous states"),
-    ):
+    for causality, heading in _HEADINGS.items():
         lines.append(f"<h2>{heading}</h2>\n<table><tr><th>name</th><th>unit</th><th>start</th><th>meaning</th></tr>")
         for row in rows:
             if row.causality == causality:

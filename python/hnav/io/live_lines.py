@@ -186,9 +186,8 @@ class LiveLines:
 
     def _probed(self, ending: bool) -> bool:
         """Whether enough lines, or enough time, have passed to infer units."""
-        known = [
-            line for line in self._probe or () if line.names != LIVE_COLUMNS and any(is_number(str(cell)) for cell in line.cells)
-        ]
+        tables = [line for line in self._probe or () if line.names != LIVE_COLUMNS]
+        known = [line for line in tables if any(is_number(str(cell)) for cell in line.cells)]
         return bool(known) and (ending or len(known) >= PROBE_LINES or time.monotonic() - known[0].arrived_s > PROBE_S)
 
     # ----------------------------------------------------------------------------------------- text
@@ -296,10 +295,10 @@ class LiveLines:
     def _scheme(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
         """The plan for lines with these names; None where they have no samples. The first line determines units."""
         if names not in self._schemes:
-            self._schemes[names] = self._found(names, lines)
+            self._schemes[names] = self._new_scheme(names, lines)
         return self._schemes[names]
 
-    def _found(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
+    def _new_scheme(self, names: tuple[str, ...], lines: Sequence[Line]) -> Scheme | None:
         columns = self._columns(names)
         if not any(role != "t_s" for role in columns):
             return None
@@ -308,8 +307,10 @@ class LiveLines:
         places, factors = [-1] * len(self._roles), [1.0] * len(self._roles)
         if self._wishes.rate_hz is None and ("t_s" in columns or not all(column.aids for column in columns.values())):
             places[0], factors[0] = self._time_of(table)
-        for role in filter(OF_AIDS.__contains__, columns):
-            places[self._roles.index(role)], factors[self._roles.index(role)] = _scaled(columns[role], values[role])
+        for role in OF_AIDS & columns.keys():
+            column, at = columns[role], self._roles.index(role)
+            places[at] = column.place
+            factors[at] = column.factor * (pressure_factor(column, values[role]) if role == "pressure_pa" else 1.0)
         for sensor in ARRAYS:
             if any(f"{sensor[0]}{axis}" in columns for axis in "xyz"):
                 at = CSV_COLUMNS.index(f"{sensor[0]}x")
@@ -437,11 +438,6 @@ class LiveLines:
             elif not all(map(math.isnan, values)):
                 self._newest[places[0]] = values
         return not all(map(math.isnan, row[1:]))
-
-
-def _scaled(column: Column, values: Array) -> tuple[int, float]:
-    """Column of an aiding value, and the factor to its unit."""
-    return column.place, column.factor * (pressure_factor(column, values) if column.role == "pressure_pa" else 1.0)
 
 
 def _by_sensor(values: dict[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from hnav.errors import HnavRuntimeError, HnavValueError
-from hnav.io.locks import lock
 
 BINARY = getattr(os, "O_BINARY", 0)
 """Of os.open: on Windows it would otherwise write line ends of its own."""
@@ -149,6 +148,18 @@ def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | No
             yield part
     finally:
         part.unlink(missing_ok=True)
+
+
+def lock(descriptor: int) -> None:
+    """Locks an open file until it is closed or the process ends. Raises BlockingIOError when another process holds the lock, another OSError
+    where the file system has no locks.
+
+    Windows has no such locks, but a file that a process has open cannot be removed there.
+    """
+    if sys.platform != "win32":
+        import fcntl
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def _remove_left_over(folder: Path, stem: str) -> None:

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from hnav.errors import HnavValueError
-from hnav.io.locks import lock
-from hnav.io.outputs import BINARY, writing
+from hnav.io.outputs import BINARY, lock, writing
 
 SHOWN_CHARACTERS = 60  # of a value in a message
 

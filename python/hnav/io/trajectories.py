@@ -129,12 +129,13 @@ def _has_any(found: Trajectory) -> bool:
 
 
 def _is_recording(path: Path) -> bool:
+    """Whether it is no text."""
     return path.is_dir() or b"\0" in path.open("rb").read(4096)
 
 
 def _without_header(path: Path) -> list[str]:
     """The lines of a file of TUM or KITTI; none of another."""
-    if path.is_dir() or b"\0" in path.open("rb").read(4096):
+    if _is_recording(path):
         return []
     lines = [line for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip() and line[0] != "#"]
     cells = lines[0].split() if lines else []

@@ -102,7 +102,7 @@ def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes
         having = {name: table for name, table in tables.items() if sensor[0] + "x" in table.columns}
         if not having or sensor in {stream.sensor for stream in streams}:
             continue
-        name = max(having, key=lambda name: _count(having[name], sensor))
+        name = max(having, key=lambda name: np.isfinite(having[name].values[sensor[0] + "x"]).sum())
         stream, unit, more = sensor_stream(shown, having[name], sensor, wishes, by_format)
         streams.append(stream)
         others = ", ".join(other for other in having if other != name)
@@ -110,10 +110,6 @@ def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes
     for table in tables.values():
         aids |= {kind: one for kind, one in _aids(shown, table, wishes, by_format).items() if kind not in aids and len(one.t_s)}
     return replace(raw, streams=streams, aids=aids, notes=tuple(notes), time_unit=unit)
-
-
-def _count(table: Table, sensor: str) -> int:
-    return int(np.isfinite(table.values[sensor[0] + "x"]).sum())
 
 
 def sensor_stream(

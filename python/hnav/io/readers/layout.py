@@ -7,6 +7,7 @@ import io
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
 from hnav.io.readers.columns import columns_of
@@ -42,7 +43,7 @@ def layout_of(shown: str, text: str, given: Mapping[str, str], sensor: str | Non
     given: names of columns that the caller has assigned, by their roles.
     """
     best, score = Layout(0, [], ","), -1
-    lines = list(_lines(text))
+    lines = [line.rstrip("\n") for line in islice(io.StringIO(text, newline=None), HEADER_WITHIN)]
     for number, line in enumerate(lines):
         if NUMBER_FIRST.match(line):
             continue
@@ -81,13 +82,6 @@ def without_empty_end(cells: list[str]) -> list[str]:
     return cells[:filled]
 
 
-def _lines(text: str) -> Iterator[str]:
-    for number, line in enumerate(io.StringIO(text, newline=None)):
-        if number >= HEADER_WITHIN:
-            return
-        yield line.rstrip("\n")
-
-
 def _names(shown: str, line: str, delimiter: str) -> list[str]:
     return line.lstrip(COMMENT).split() if delimiter == BLANKS else _cells(shown, line.lstrip("/ "), delimiter)
 
@@ -117,9 +111,9 @@ def _without_header(shown: str, lines: list[str], given: Mapping[str, str]) -> L
     """A table of numbers whose columns the caller names by their positions, from 1."""
     if not all(name.lstrip("-").isdigit() for name in given.values()):
         return None
-    line = next(iter(lines), "")
-    delimiter = max(DELIMITERS, key=lambda delimiter: len(_cells(shown, line, delimiter)))
-    return Layout(-1, [str(i + 1) for i in range(len(_cells(shown, line, delimiter)))], delimiter)
+    counts = {delimiter: len(_cells(shown, next(iter(lines), ""), delimiter)) for delimiter in DELIMITERS}
+    delimiter = max(counts, key=lambda delimiter: counts[delimiter])
+    return Layout(-1, [str(i + 1) for i in range(counts[delimiter])], delimiter)
 
 
 def _units_under(shown: str, layout: Layout, lines: list[str]) -> list[str]:

@@ -70,7 +70,8 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     notes, time_unit = [], Unit("s", "by format")
     for sensor in FILES:
         if stem := _best(path, sensor, tables):
-            stream, time_unit, mended = _stream(path, stem, sensor, tables, wishes)
+            table = _parsed(path, stem, tables, wishes, sensor)
+            stream, time_unit, mended = sensor_stream(f"{path}, {stem}.csv", table, sensor, wishes, UNITS)
             stream, note = _whole_force(path, stem, stream, files, wishes)
             streams.append(stream)
             notes += [*mended, *filter(None, [note])]
@@ -109,15 +110,10 @@ def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, byte
     return stream, ""
 
 
-def _stream(
-    path: Path, stem: str, sensor: str, files: Mapping[str, bytes], wishes: Wishes
-) -> tuple[Stream, Unit, tuple[str, ...]]:
-    return sensor_stream(f"{path}, {stem}.csv", _parsed(path, stem, files, wishes, sensor), sensor, wishes, UNITS)
-
-
 def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
     """The whole force of iOS, which writes gravity and the remainder separately, both with the opposite sign."""
-    gravity, *_ = _stream(path, "gravity", "accel", files, wishes)
+    table = _parsed(path, "gravity", files, wishes, "accel")
+    gravity, *_ = sensor_stream(f"{path}, gravity.csv", table, "accel", wishes, UNITS)
     common, mine, its = np.intersect1d(stream.t_s, gravity.t_s, return_indices=True)
     if len(common) < 0.9 * len(stream.t_s):
         return stream, ""

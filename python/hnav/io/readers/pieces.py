@@ -26,7 +26,6 @@ from hnav.io.readers.tables import (
     ENCODINGS,
     HEAD_CHARACTERS,
     NOT_DIGESTED,
-    Plan,
     fault_of,
     frames_of,
     plan_of,
@@ -79,7 +78,9 @@ class LongTable:
     def __init__(self, path: Path, wishes: Wishes, hemisphere: str | None, corrected: Callable[[Recording], Recording] | None):
         """Reads the table once. Raises _NotPlain, and the errors of the readers for a faulty file or argument."""
         self._path, self._wishes, self._corrected = path, wishes, corrected
-        self._plan = self._planned()
+        encoding = _encoding(path)
+        with path.open(encoding=encoding, newline="") as file:
+            self._plan = plan_of(str(path), file.read(HEAD_CHARACTERS), encoding, wishes)
         with ExitStack() as files:
             refuse_devices(str(path), lambda: files.enter_context(path.open(encoding=self._plan.encoding)), self._plan)
         self._wishes = self._with_units()
@@ -117,12 +118,6 @@ class LongTable:
             rows = -1
         if rows != self.rows:
             raise RecordingError(f"{self._path}: it changed while it was read")
-
-    def _planned(self) -> Plan:
-        encoding = _encoding(self._path)
-        with self._path.open(encoding=encoding, newline="") as file:
-            head = file.read(HEAD_CHARACTERS)
-        return plan_of(str(self._path), head, encoding, self._wishes)
 
     def _frames(self) -> Iterator[pd.DataFrame]:
         with self._path.open("rb") as file:
