@@ -34,8 +34,6 @@ FORMS = enumerators("hnav_ins_error_form", "HNAV_INS_ERROR_")
 NOISE_SCALINGS = enumerators("hnav_noise_scaling", "HNAV_NOISE_SCALING_")
 """Adaptation of Qv by channel."""
 
-# --------------------------------------------------------------------------------------------- options
-
 
 class InsErrorOptions(OptionSet):
     """Options of the filter for coloured errors, as attributes; option_rows("ins_error") has unit, range and meaning of each.
@@ -46,9 +44,6 @@ class InsErrorOptions(OptionSet):
     """
 
     LIST = "ins_error"
-
-
-# --------------------------------------------------------------------------------------------- results
 
 
 @dataclass
@@ -101,9 +96,6 @@ class InsErrorInfo(Record):
     """Number of measurements."""
     estimates_lambda: bool
     """The coloured error lambda is a state."""
-
-
-# --------------------------------------------------------------------------------------------- the filter
 
 
 class InsErrorFilter(NumberedObject):

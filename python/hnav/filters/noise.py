@@ -165,10 +165,8 @@ def _noise(parts: Sequence[tuple[Array, Array]], rng: np.random.Generator) -> Se
     tau_s = np.asarray(factors * interval_s, float)
     slow = factors >= min(FIRST, factors[-1])
     terms = [_fit(tau_s[slow], variance[slow, axis], degrees[slow, axis], rng) for axis in range(3)]
-    joined = {
-        name: Term(*(np.array([getattr(of[name], part)[0] for of in terms]) for part in ("value", "low", "high")))
-        for name in TERMS
-    }
+    parts_of_term = ("value", "low", "high")
+    joined = {name: Term(*(np.array([getattr(of[name], part)[0] for of in terms]) for part in parts_of_term)) for name in TERMS}
     length_s = sum(len(t_s) for t_s, _ in parts) * interval_s
     return SensorNoise(1 / interval_s, length_s, tau_s, np.asarray(np.sqrt(variance), float), degrees, joined)
 

@@ -123,11 +123,8 @@ class RunObservability:
     def _when(self, name: str) -> str:
         at_s = self.determined_s(name)
         if np.isinf(at_s):
-            return (
-                "not observable"
-                if self.remaining[name][-1] ** 2 > UNSEEN
-                else f"in part: sigma falls to {100 * self.remaining[name][-1]:.2g} %"
-            )
+            left = self.remaining[name][-1]
+            return "not observable" if left**2 > UNSEEN else f"in part: sigma falls to {100 * left:.2g} %"
         needs = self.needs[name]
         by = f"only by {joined(needs, 'the ')}{' together' * (len(needs) > 1)}, " if needs else ""
         later = [f"; without the {kind} after {later_s:.3g} s" for kind, later_s in self.later_without[name].items()]

@@ -249,10 +249,8 @@ class Observer(NumberedObject):
 
     def _open(self, fmu: ModelDescription) -> None:
         if fmu.once and fmu.token in _ONLY_ONES:
-            raise HnavRuntimeError(
-                "unsupported",
-                f"{fmu.path.name} can exist only once in a process, and an observer of it is there: delete that first",
-            )
+            wrong = f"{fmu.path.name} can exist only once in a process, and an observer of it is there: delete that first"
+            raise HnavRuntimeError("unsupported", wrong)
         folder = _unpack(fmu, self.plan.text())
         try:
             super().__init__("hnav_observer_open", self._options.struct, str(folder).encode())
@@ -360,13 +358,12 @@ class Observer(NumberedObject):
         smooth."""
         plan, t = self.plan, times(t_s)
         if among := next((name for name in sensors if name in plan.inputs and name not in plan.sensors), None):
-            raise HnavValueError(
-                "option", f"{among!r} is an input of the plan, no sensor: give it by inputs={{{among!r}: ...}}", among
-            )
+            wrong = f"{among!r} is an input of the plan, no sensor: give it by inputs={{{among!r}: ...}}"
+            raise HnavValueError("option", wrong, among)
         n, N, m = len(t), len(self.names), len(plan.sensors)
-        seen = _converted(_columns(sensors, plan.sensors, n, "sensor"), plan.sensors)
+        seen = _columns(sensors, plan.sensors, n, "sensor")
         scale = np.array([s.factor for s in plan.sensors.values()])
-        held = _converted(_columns(inputs or {}, plan.inputs, n, "input"), plan.inputs)
+        held = _columns(inputs or {}, plan.inputs, n, "input")
         for k, known in enumerate(plan.inputs.values()):
             if known.interpolation == "linear":
                 held[:, k] = _means_to_the_next(t, held[:, k])
@@ -432,22 +429,18 @@ class Observer(NumberedObject):
 _ONLY_ONES: weakref.WeakValueDictionary[str, Observer] = weakref.WeakValueDictionary()
 
 
-def _columns(given: Mapping[str, npt.ArrayLike], names: Mapping[str, object], n: int, kind: str) -> Array:
+def _columns(given: Mapping[str, npt.ArrayLike], known: Mapping[str, Sensor] | Mapping[str, Input], n: int, kind: str) -> Array:
+    """n x len(known): samples in the plant's units, NaN where none are given."""
     for name in given:
-        if name not in names:
-            raise HnavValueError("option", f"the plan has no {kind} {name!r}; it has {', '.join(names) or 'none'}", name)
-    columns = np.full((n, len(names)), math.nan)
-    for index, name in enumerate(names):
+        if name not in known:
+            raise HnavValueError("option", f"the plan has no {kind} {name!r}; it has {', '.join(known) or 'none'}", name)
+    columns = np.full((n, len(known)), math.nan)
+    for index, name in enumerate(known):
         if name in given:
             values = np.asarray(given[name], float)
             if values.shape != (n,):
                 raise HnavValueError("size", f"{name} has the shape {values.shape}, expected ({n},)", name)
             columns[:, index] = values
-    return columns
-
-
-def _converted(columns: Array, known: Mapping[str, Sensor] | Mapping[str, Input]) -> Array:
-    """Samples in the plant's units."""
     factors, offsets = (np.array([getattr(one, name) for one in known.values()]) for name in ("factor", "offset"))
     return np.asarray(columns * factors + offsets)
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement, product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hnav.errors import HnavError, HnavValueError
 from hnav.io.fmu_files import fmu_path
@@ -31,18 +32,28 @@ LARGEST_COVARIANCE = 16  # numbers that are estimated: of more, what they have i
 _OWN_OPTIONS = ("start_time_s",)  # given by the importer
 _SECOND = Unit(1.0, 0.0, (0, 0, 1, 0, 0, 0, 0, 0))
 _PLATFORMS = {"linux64": "x86_64-linux", "win64": "x86_64-windows", "darwin64": "x86_64-darwin"}  # FMI 2's names, and FMI 3's
-_MODES = (
-    ("periodic", "Inputs are a sample at the first communication point at or after each period, stamped with its time"),
-    ("counter", "Inputs are a sample when their counter has changed, stamped with their t_meas"),
-    (
-        "held",
-        "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant and without noise",
-    ),
-    (
-        "auto",
-        "As periodic, where a longer communication step has one sample of each sensor and loses none; from the first change of a sensor's counter on as counter",
-    ),
-)
+_MODES = {
+    "periodic": "Inputs are a sample at the first communication point at or after each period, stamped with its time",
+    "counter": "Inputs are a sample when their counter has changed, stamped with their t_meas",
+    "held": "As periodic, and within a longer communication step the held inputs are a sample again at each period, as if they were constant and without noise",
+    "auto": "As periodic, where a longer communication step has one sample of each sensor and loses none; from the first change of a sensor's counter on as counter",
+}
+_EVENTS = {
+    "plant_events": "Events of the plant that changed something, as the largest part has them",
+    "splits": "How often the estimate was split",
+    "grazing": "Guards hardly crossed or missed, or crossed with another: points in place of derivatives",
+    "chattering": "Events beyond the fiftieth of an interval: the covariance does not go through them",
+    "projected": "Corrections that were put back before a guard",
+}
+_COUNTS = {
+    "events": "Instants that were used",
+    "corrections": "Those with a sensor",
+    "late": "Samples refused as too old",
+    "non_finite": "Samples refused as not finite",
+    "dropped": "Instants for which the plant had no answer",
+    "held": "Intervals for the rest of which it had none: the estimate was held there, its covariance grew",
+    "missed": "Samples that a coarse communication step lost",
+}
 
 
 MOST = 64  # numbers that an exported observer estimates
@@ -81,11 +92,8 @@ def export(observer: Observer, path: Path | str, fmi_version: int, period_s: flo
 def plant_of(observer: Observer) -> ModelDescription:
     """Raises HnavValueError for a plant that is no FMU."""
     if not isinstance(observer.plan.plant, ModelDescription):
-        raise HnavValueError(
-            "option",
-            "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange",
-            "plan",
-        )
+        wrong = "a plant of functions in Python cannot be put into an FMU: export the model itself for Model Exchange"
+        raise HnavValueError("option", wrong, "plan")
     return observer.plan.plant
 
 
@@ -119,11 +127,8 @@ def _platforms(archive: zipfile.ZipFile) -> set[str]:
 def _taken(archive: zipfile.ZipFile, beginnings: tuple[str, ...], platforms: set[str]) -> dict[str, bytes]:
     """Content by path: of these folders, and binaries for these platforms."""
     entries = {name.removeprefix("./"): name for name in archive.namelist() if not name.endswith("/")}
-    return {
-        name: archive.read(entry)
-        for name, entry in entries.items()
-        if name.startswith(beginnings) or _platform(name) in platforms
-    }
+    wanted = (name for name in entries if name.startswith(beginnings) or _platform(name) in platforms)
+    return {name: archive.read(entries[name]) for name in wanted}
 
 
 def _archive(contents: dict[str, bytes]) -> Iterator[bytes]:
@@ -155,13 +160,9 @@ def table(observer: Observer, period_s: float, covariance: bool | None = None) -
     ]  # fmt: skip
     if not plant_of(observer).step_s:
         rows = _with_states(observer, [*rows, *_indicators(observer)])
-    seen = set[str]()
-    for row in rows:
-        if row.name in seen:
-            raise HnavValueError(
-                "option", f"two variables of the FMU would be called {row.name}: rename one in the plant", row.name
-            )
-        seen.add(row.name)
+    for name, count in Counter(row.name for row in rows).items():
+        if count > 1:
+            raise HnavValueError("option", f"two variables of the FMU would be called {name}: rename one in the plant", name)
     return rows
 
 
@@ -208,9 +209,8 @@ def _parameter(
 
 def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     plan, (starts, _) = observer.plan, observer.estimate()
-    yield _parameter(
-        "sampling_mode", 0, "sampling_mode", "What makes held inputs a sample", 3, type="enumeration", choices=_MODES, max=3.0
-    )
+    modes: dict[str, Any] = dict(type="enumeration", choices=tuple(_MODES.items()), max=3.0)
+    yield _parameter("sampling_mode", 0, "sampling_mode", "What makes held inputs a sample", 3, **modes)
     for kind, names in (("sensor", plan.sensors), ("input", plan.inputs)):
         for k, name in enumerate(names):
             text = "Sampling period (sampling_mode auto, periodic or held); 0: never"
@@ -222,21 +222,13 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
         # Before bounds cut it, which the FMU does too; that of the estimate they have cut.
         start = _first_known(told.start, plan.set_values.get(name, _NAN), plant_of(observer).variables[name].start, starts[name])
         yield _parameter("start", k, f"start.{name}", "Estimate at the start", start, unit, min=-_INF)
-        yield _parameter(
-            "start_sigma", k, f"start_sigma.{name}", "Its standard deviation", told.start_sigma, unit, is_difference=True
-        )
+        text = "Its standard deviation"
+        yield _parameter("start_sigma", k, f"start_sigma.{name}", text, told.start_sigma, unit, is_difference=True)
         yield _parameter("noise", k, f"noise.{name}", "White noise that drives it", told.noise, density)
     for k, (name, sensor) in enumerate(plan.sensors.items()):
         noise = abs(sensor.factor) * sensor.noise
-        yield _parameter(
-            "sensor_noise",
-            k,
-            f"{name}.noise",
-            "Standard deviation of a sample",
-            noise,
-            _unit(observer, sensor.of),
-            is_difference=True,
-        )
+        unit, text = _unit(observer, sensor.of), "Standard deviation of a sample"
+        yield _parameter("sensor_noise", k, f"{name}.noise", text, noise, unit, is_difference=True)
         text = "NIS beyond which a sample is used with more noise, once ready; 0: never"
         yield _parameter("sensor_gate", k, f"{name}.gate_nis", text, sensor.gate_nis)
     yield from _options(observer)
@@ -285,37 +277,15 @@ def _outputs(observer: Observer, covariance: bool | None) -> Iterator[Row]:
 
 
 def _health(observer: Observer) -> Iterator[Row]:
-    yield Row(
-        "ready", 0, "ready", "Every sigma is below its limit by evidence, and innovations are as large as stated", "boolean"
-    )
+    stated = "Every sigma is below its limit by evidence, and innovations are as large as stated"
+    yield Row("ready", 0, "ready", stated, "boolean")
     yield Row("begun", 0, "begun", "The estimate has begun", "boolean")
     yield Row("repeatable", 0, "repeatable", "The plant answers bit for bit the same to the same question", "boolean")
-    for role, text in (
-        ("events", "Instants that were used"),
-        ("corrections", "Those with a sensor"),
-        ("late", "Samples refused as too old"),
-        ("non_finite", "Samples refused as not finite"),
-        ("dropped", "Instants for which the plant had no answer"),
-        ("held", "Intervals for the rest of which it had none: the estimate was held there, its covariance grew"),
-        ("missed", "Samples that a coarse communication step lost"),
-    ):
-        yield Row(role, 0, f"count.{role}", text, "integer")
+    yield from (Row(role, 0, f"count.{role}", text, "integer") for role, text in _COUNTS.items())
     if observer.crosses_events():
-        yield from _events()
-
-
-def _events() -> Iterator[Row]:
-    """Of a plant with events of its own."""
-    yield Row("parts", 0, "parts", "Into which the estimate is split: they differ in the events that have been", "integer")
-    yield Row("largest_part", 0, "largest_part", "Weight of the largest, 0 to 1")
-    for role, text in (
-        ("plant_events", "Events of the plant that changed something, as the largest part has them"),
-        ("splits", "How often the estimate was split"),
-        ("grazing", "Guards hardly crossed or missed, or crossed with another: points in place of derivatives"),
-        ("chattering", "Events beyond the fiftieth of an interval: the covariance does not go through them"),
-        ("projected", "Corrections that were put back before a guard"),
-    ):
-        yield Row(role, 0, f"count.{role}", text, "integer")
+        yield Row("parts", 0, "parts", "Into which the estimate is split: they differ in the events that have been", "integer")
+        yield Row("largest_part", 0, "largest_part", "Weight of the largest, 0 to 1")
+        yield from (Row(role, 0, f"count.{role}", text, "integer") for role, text in _EVENTS.items())
 
 
 def _indicators(observer: Observer) -> Iterator[Row]:
@@ -383,15 +353,12 @@ def _with_states(observer: Observer, rows: list[Row]) -> list[Row]:
     flowing = _Flowing(first, len(plan.states) + len(plan.unknown_inputs), len(observer.names))
     state = list(flowing.states(observer))
     made = [replace(row, depends_on=flowing.under(row)) for row in rows]
-    made += [
-        Row("state", k, name, text, causality="local", variability="continuous", unit=unit, is_state=True)
-        for k, (name, text, unit) in enumerate(state)
-    ]
+    kind: dict[str, Any] = dict(causality="local", variability="continuous")
+    made += [Row("state", k, name, text, unit=unit, is_state=True, **kind) for k, (name, text, unit) in enumerate(state)]
     return made + [
-        Row("derivative", k, f"der({name})", text, causality="local", variability="continuous", derivative_of=first + k,
-            depends_on=tuple(sorted(on_states)))
+        Row("derivative", k, f"der({name})", text, derivative_of=first + k, depends_on=tuple(sorted(on_states)), **kind)
         for k, ((name, text, _), on_states) in enumerate(zip(state, flowing.slopes(), strict=True))
-    ]  # fmt: skip
+    ]
 
 
 # --------------------------------------------------------------------------------------------- texts

@@ -109,9 +109,8 @@ def _gated(run: ObserverRun, name: str, gate: float) -> Iterator[Finding]:
     hit = (nis > gate) & was_ready if gate > 0 else np.zeros(len(nis), bool)
     for rows in _groups(np.flatnonzero(hit), np.isfinite(nis)):
         count = f"{len(rows)} sample{'s' * (len(rows) > 1)}"
-        yield Finding(
-            name, "beyond its gate", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), f"{name}: {count} beyond the gate"
-        )
+        what = f"{name}: {count} beyond the gate"
+        yield Finding(name, "beyond its gate", float(run.t_s[rows[0]]), float(run.t_s[rows[-1]]), what)
 
 
 def _groups(rows: npt.NDArray[np.intp], used: npt.NDArray[np.bool_]) -> Iterator[npt.NDArray[np.intp]]:

@@ -111,9 +111,8 @@ def rows(found: Summary) -> list[tuple[str, str]]:
     for i, name in enumerate(("force", "field")):
         if np.isfinite(found.nis[i]):
             passed = found.accepted_share[i]
-            said[f"mean NIS of the {name}"] = f"{found.nis[i]:.3g}" + (
-                f"; its gate let {100 * passed:.4g} % pass" if np.isfinite(passed) else ""
-            )
+            gate = f"; its gate let {100 * passed:.4g} % pass" if np.isfinite(passed) else ""
+            said[f"mean NIS of the {name}"] = f"{found.nis[i]:.3g}{gate}"
     return list(said.items())
 
 
@@ -131,10 +130,8 @@ def in_one_line(run: Run) -> str:
 def as_html(run: Run) -> str:
     """A run as a small table."""
     options = "" if run.options is None else f" by {escape(repr(run.options))}"
-    cells = "".join(
-        f'<tr><td style="text-align:left">{escape(name)}</td><td style="text-align:left">{escape(value)}</td></tr>'
-        for name, value in rows(summary(run))
-    )
+    left = '<td style="text-align:left">'
+    cells = "".join(f"<tr>{left}{escape(name)}</td>{left}{escape(value)}</td></tr>" for name, value in rows(summary(run)))
     return f"<table><caption>Run{options}</caption>{cells}</table>"
 
 

@@ -300,10 +300,8 @@ def _refuse_uncertain(name: str, accel: Correction, gyro: Correction, missing: A
         raise _ill(name, f"the rests do not determine the accelerometer: more attitudes, such as: {advice(missing)}")
     if gyro.sigma_matrix.max() > LIMITS["gyro matrix"]:
         axis = "xyz"[int(np.argmax(gyro.sigma_matrix.max(axis=0)))]
-        raise _ill(
-            name,
-            f"the turns do not determine the gyroscope: turn it about its {axis} axis by 90 deg and more between rests, both ways",
-        )
+        cure = f"turn it about its {axis} axis by 90 deg and more between rests, both ways"
+        raise _ill(name, f"the turns do not determine the gyroscope: {cure}")
 
 
 def _ill(name: str, text: str) -> HnavValueError:
