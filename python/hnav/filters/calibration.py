@@ -122,9 +122,7 @@ def calibrate_magnetometer(
         raise HnavValueError("size", f"force_b_m_s2 has the shape {force.shape}, field {seen.shape}", "force_b_m_s2")
     chosen = MagnetometerOptions(**options)
     found, message = new("hnav_magnetometer_calibration"), message_buffer()
-    status = library().hnav_calibrate_magnetometer(
-        len(seen), address(seen), address(force), chosen.struct, found, message, len(message)
-    )
-    if status:
+    given = len(seen), address(seen), address(force), chosen.struct
+    if status := library().hnav_calibrate_magnetometer(*given, found, message, len(message)):
         raise failure(status, message)
     return MagnetometerCalibration.read(found, note=text(message), unit=unit)

@@ -362,15 +362,13 @@ class Observer(NumberedObject):
             raise HnavValueError("option", wrong, among)
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _columns(sensors, plan.sensors, n, "sensor")
-        scale = np.array([s.factor for s in plan.sensors.values()])
         held = _columns(inputs or {}, plan.inputs, n, "input")
         for k, known in enumerate(plan.inputs.values()):
             if known.interpolation == "linear":
                 held[:, k] = _means_to_the_next(t, held[:, k])
-        shapes = dict(
-            x=(n, N), sigma=(n, N), covariance=(n, N, N), innovation=(n, m), nis=(n, m), log_likelihood=n, plant_events=n
-        )
+        shapes = dict(x=(n, N), sigma=(n, N), covariance=(n, N, N), innovation=(n, m), nis=(n, m))
         made: dict[str, Any] = {name: np.empty(shape) for name, shape in shapes.items()}
+        made |= {name: np.empty(n) for name in ("log_likelihood", "plant_events")}
         made |= {name: np.empty(n, np.uint8) for name in ("ready", "parts", "failed")}
         given = new("hnav_observer_run_input", t_s=address(t), sensors=address(seen), inputs=address(held if held.size else None))
         wanted = new("hnav_observer_run_output", **{name: address(array) for name, array in made.items()})
@@ -378,25 +376,19 @@ class Observer(NumberedObject):
             self._do("hnav_observer_smooth", n, given, wanted)
         else:
             self._do("hnav_observer_run", n, given, wanted, ffi.NULL)
-        if self._asked is not None:
-            self._asked.raise_kept()
-        failed = made.pop("failed")
-        made["innovation"] = made["innovation"] / scale
+        return self._run_of(t, made, smooth)
+
+    def _run_of(self, t_s: Array, made: dict[str, Any], smooth: bool) -> ObserverRun:
+        """From the arrays that the library has filled, by name."""
+        plan, failed = self.plan, made.pop("failed")
+        made["innovation"] = made["innovation"] / np.array([sensor.factor for sensor in plan.sensors.values()])
         made |= {name: dict(zip(self.names, made[name].T)) for name in ("x", "sigma")}
         made |= {name: dict(zip(plan.sensors, made[name].T)) for name in ("innovation", "nis")}
         made["ready"] = made["ready"].astype(bool)
+        made |= {name: int((failed & bit > 0).sum()) for name, bit in (("dropped", _DROPPED), ("held", _HELD))}
+        made["proof"] = self.proof()
         because = text(library().hnav_filter_message(self._handle)) if failed.any() else ""
-        dropped, held_back = (int((failed & bit > 0).sum()) for bit in (_DROPPED, _HELD))
-        return ObserverRun(
-            t_s=t,
-            **made,
-            proof=self.proof(),
-            dropped=dropped,
-            dropped_because=because,
-            held=held_back,
-            plan=plan,
-            smoothed=smooth,
-        )
+        return ObserverRun(t_s=t_s, **made, dropped_because=because, plan=plan, smoothed=smooth)
 
     def smooth(self, *samples: Any, **named: Any) -> ObserverRun:
         """As run, with hindsight: x, sigma and covariance of a row are from all samples, before and after it, through events of the plant

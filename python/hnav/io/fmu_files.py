@@ -16,6 +16,5 @@ def fmu_path(name: str, fmi_version: int) -> Path:
         path = folder / f"fmi{fmi_version}" / f"{name}.fmu"
         if path.is_file():
             return path
-    raise HnavValueError(
-        "option", f"{name}.fmu for FMI {fmi_version} is not built: ./run fmus makes it, or set HNAV_FMUS to its folder"
-    )
+    cure = "./run fmus makes it, or set HNAV_FMUS to its folder"
+    raise HnavValueError("option", f"{name}.fmu for FMI {fmi_version} is not built: {cure}")

@@ -113,9 +113,8 @@ def _times(path: Path, name: str, cells: list[str]) -> Column:
         dates = pd.to_datetime(pd.Series(cells), utc=True, errors="coerce", format="ISO8601")
         wrong = np.flatnonzero(dates.isna())
         if len(wrong):
-            raise HnavValueError(
-                "file", f"{path.name}: {name} is no time in row {wrong[0] + 1}: {cells[wrong[0]]}; write 2026-11-22 12:00:00"
-            )
+            shown = f"{name} is no time in row {wrong[0] + 1}: {cells[wrong[0]]}; write 2026-11-22 12:00:00"
+            raise HnavValueError("file", f"{path.name}: {shown}")
         return np.asarray((dates - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), float)
     t = _numbers(path, name, cells, True)
     match = _TIME.fullmatch(name)

@@ -99,15 +99,15 @@ def read_trajectory(path: str | Path) -> Trajectory:
         if not _is_recording(path):
             raise
         found = None
-    if found is None or not _has_any(found):
+    if found is None or not any(np.isfinite(rows).all(axis=1).any() for rows in (found.q_nb, found.place, found.position_m)):
         try:
             return _of_recording(path)
         except RecordingError as error:
-            raise HnavValueError(
-                "file",
-                f"{path}: no attitude (q0 to q3; qw, qx, qy, qz; roll, pitch, yaw) and no place (x, y, z; lat_deg, lon_deg, alt_m) over "
-                f"time: {str(error).removeprefix(f'{path}: ')}",
-            ) from None
+            looked_for = (
+                "no attitude (q0 to q3; qw, qx, qy, qz; roll, pitch, yaw) and no place (x, y, z; lat_deg, lon_deg, alt_m)"
+            )
+            because = str(error).removeprefix(f"{path}: ")
+            raise HnavValueError("file", f"{path}: {looked_for} over time: {because}") from None
     return found
 
 
@@ -117,15 +117,9 @@ def read_truth(path: str | Path) -> Trajectory:
     t_s, columns = read_sample_table(path)
     by_role = _aids(columns)
     if missing := [role for role in ("lat_deg", "lon_deg", "alt_m") if role not in by_role]:
-        raise HnavValueError(
-            "file",
-            f"{path.name} has no column {missing[0]}; a truth has t_s, lat_deg, lon_deg, alt_m, vn, ve, vd, roll, pitch, heading",
-        )
+        columns_of_truth = "t_s, lat_deg, lon_deg, alt_m, vn, ve, vd, roll, pitch, heading"
+        raise HnavValueError("file", f"{path.name} has no column {missing[0]}; a truth has {columns_of_truth}")
     return _of_columns(path, t_s, columns)
-
-
-def _has_any(found: Trajectory) -> bool:
-    return any(np.isfinite(values).all(axis=1).any() for values in (found.q_nb, found.place, found.position_m))
 
 
 def _is_recording(path: Path) -> bool:

@@ -172,7 +172,7 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
         found, rank = only_sensor_of(unit), BY_UNIT_ALONE
     if found is None:
         return None
-    spelled = _first_spelled(found, unit, "".join(after), stated)
+    spelled = next(filter(None, (spelled_unit(found, text) for text in (unit, "".join(after), stated) if text)), None)
     if after and not spelled and not sensor:
         return None
     strange = "" if spelled else _strange_unit([unit, *counts])
@@ -192,11 +192,6 @@ def _without_counts(words: list[str]) -> tuple[list[str], list[str]]:
     """The remaining words after an axis, and those that mean counts of a chip."""
     words = [word for word in words if word not in FILLERS]
     return [word for word in words if not is_counts(word)], [word for word in words if is_counts(word)]
-
-
-def _first_spelled(sensor: str, *texts: str | None) -> str | None:
-    """The unit spelled by the first of these texts that is a unit."""
-    return next(filter(None, (spelled_unit(sensor, text) for text in texts if text)), None)
 
 
 def _strange_unit(texts: list[str]) -> str:
@@ -253,12 +248,7 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
         best = min(candidates, key=lambda column: column.rank)
         twins = [column for column in candidates if column.rank == best.rank]
         if len(twins) > 1 and role not in given and role != "t_s" and role not in ROLES:
-            if twins[0].name.strip() == twins[1].name.strip():
-                raise RecordingError(f"{shown}: a column appears twice: {twins[0].name.strip()}")
-            raise RecordingError(
-                f"{shown}: {twins[0].name.strip()} and {twins[1].name.strip()} may both be {role}: choose by columns {role}=NAME",
-                "columns",
-            )
+            raise _ambiguous(shown, role, *(column.name.strip() for column in twins[:2]))
         chosen[role] = twins[0]
     chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", [])) | _fraction(chosen, found.get("t_s", []))
     for role, name in given.items():
@@ -267,12 +257,18 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     return chosen
 
 
+def _ambiguous(shown: str, role: str, one: str, other: str) -> RecordingError:
+    if one == other:
+        return RecordingError(f"{shown}: a column appears twice: {one}")
+    return RecordingError(f"{shown}: {one} and {other} may both be {role}: choose by columns {role}=NAME", "columns")
+
+
 def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
     """The column of times before each sensor, if several have the same name or are named after sensors."""
-    first, found = chosen.get("t_s"), {}
-    alike = [
-        c for c in times if first and c.rank == first.rank and (c.rank == OF_A_SENSOR or c.name.strip() == first.name.strip())
-    ]
+    if (first := chosen.get("t_s")) is None:
+        return {}
+    found = {}
+    alike = [c for c in times if c.rank == first.rank and (c.rank == OF_A_SENSOR or c.name.strip() == first.name.strip())]
     for sensor, role in OWN_TIMES.items():
         if len(alike) > 1 and (samples := chosen.get(f"{sensor[0]}x")):
             before = [column for column in alike if column.place < samples.place]
@@ -285,14 +281,12 @@ def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str
     whole = chosen.get("t_s")
     if whole is None or whole.unit != "s":
         return {}
-    found = [column for column in times if column.unit == "ns" and _named_alike(column.name, whole.name)]
+
+    def bare(column: Column) -> list[str]:
+        return _without_unit(re.findall("[a-z]+", column.name.lower()))[0]
+
+    found = [column for column in times if column.unit == "ns" and bare(column) == bare(whole)]
     return {FRACTION: replace(found[0], role=FRACTION)} if found else {}
-
-
-def _named_alike(one: str, other: str) -> bool:
-    """Whether names of times differ in their unit alone."""
-    words, others = (_without_unit(re.findall("[a-z]+", name.lower()))[0] for name in (one, other))
-    return words == others
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:

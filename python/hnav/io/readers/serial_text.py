@@ -56,16 +56,13 @@ def read_serial_text(path: Path, wishes: Wishes) -> Raw:
     import pandas
 
     data = path.read_bytes()
-    text = data.decode(encoding_of(str(path), data), "replace")
-    rows = list(_rows(text))
-    frame = pandas.DataFrame(rows)
+    frame = pandas.DataFrame([*_rows(data.decode(encoding_of(str(path), data), "replace"))])
     frame = frame.dropna(axis=1, thresh=max(2, len(frame) // 4))
-    named = [name for name in frame.columns if (column := column_of(name, 0)) is not None and column.role == "t_s"]
-    if not named and wishes.rate_hz is None:
-        raise RecordingError(
-            f"{path}: the lines have no times: give rate_hz, how many are written in a second; or print millis() as t_ms in each"
-        )
-    frame = frame.dropna(subset=[name for name in frame.columns if column_of(name, 0) is not None])
+    known = {name: column.role for name in frame.columns if (column := column_of(name, 0)) is not None}
+    if "t_s" not in known.values() and wishes.rate_hz is None:
+        cure = "give rate_hz, how many are written in a second; or print millis() as t_ms in each"
+        raise RecordingError(f"{path}: the lines have no times: {cure}")
+    frame = frame.dropna(subset=[*known])
     return raw_of_frames(str(path), {"lines": frame.reset_index(drop=True)}, wishes, "serial")
 
 

@@ -156,13 +156,19 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
     by_header = next((column.unit for column in columns if column.unit), None)
-    strange = next((column for column in columns if column.strange), None)
-    if strange and by_header is None and getattr(wishes, f"{sensor}_unit") is None:
-        raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, strange.name.strip(), strange.strange)}")
+    if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
+        _refuse_strange_unit(shown, table, sensor, columns)
     unit = wishes.unit(sensor, by_header, by_format)
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
     return Stream(sensor, t_s, values, unit)
+
+
+def _refuse_strange_unit(shown: str, table: Table, sensor: str, columns: Sequence[Column]) -> None:
+    """Raises RecordingError for a unit of the header that is not understood."""
+    for column in columns:
+        if column.strange:
+            raise RecordingError(f"{at_header(shown, table.layout)}: {unknown_unit(sensor, column.name.strip(), column.strange)}")
 
 
 def _are_microteslas(field: np.ndarray) -> bool:
