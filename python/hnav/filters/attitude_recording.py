@@ -34,12 +34,10 @@ class Ran(NamedTuple):
 
 def run_recording(recording: Recording, options: Options, progress: Progress | None = None, smooth: bool = False) -> Ran:
     """A whole recording. smooth: with hindsight, by the AHRS. Raises HnavError."""
-    if recording.field_t_s is None:
-        return _run_at_once(recording, options, progress, smooth)
-    if smooth:
-        # The smoother takes a late field at the row in which it was measured.
-        return _run_at_once(recording.in_order_of_measurement(), options, progress, smooth)
-    return _run_by_arrival(recording, options, progress)
+    if recording.field_t_s is not None and not smooth:
+        return _run_by_arrival(recording, options, progress)
+    # The smoother takes a late field at the row in which it was measured.
+    return _run_at_once(recording.in_order_of_measurement(), options, progress, smooth)
 
 
 class LibraryRun:
@@ -58,9 +56,9 @@ class LibraryRun:
         t_s, rate, force = recording.t_s[rows], recording.rate_b_rad_s[rows], recording.force_b_m_s2[rows]
         field = None if recording.field_b_tesla is None else recording.field_b_tesla[rows]
         speeds = speeds or speeds_of(recording, self.options)
-        of_rows: dict[str, Any] = (
-            {} if speeds is None else {"speed_m_s": speeds.m_s[rows], "speed_sigma_m_s": speeds.sigma_m_s[rows]}
-        )
+        of_rows: dict[str, Any] = {}
+        if speeds is not None:
+            of_rows = {"speed_m_s": speeds.m_s[rows], "speed_sigma_m_s": speeds.sigma_m_s[rows]}
         begin = time.perf_counter()
         run = self._filter.run(t_s, rate, force, field, smooth=smooth, check=False, **of_rows)
         self._seconds, self._rows = self._seconds + time.perf_counter() - begin, self._rows + len(t_s)

@@ -23,8 +23,7 @@ MEANINGLESS = {
 }  # fmt: skip
 """Faults by code and sensor that leave no attitude, or one with a sigma that is far too small. On BROAD trials such
 recordings give errors of 14 to 180 deg with sigmas of 1 to 6 deg. A field with a wrong unit, of zeros or with hard iron is
-not among them: its sigma of the heading, 104 deg, is right.
-"""
+not among them: its sigma of the heading, 104 deg, is right."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +56,7 @@ class Finding:
     @property
     def stops(self) -> bool:
         """Whether filtering must wait for a correction, or for the hemisphere: without it a negated force cannot be
-        distinguished from the other hemisphere.
-        """
+        distinguished from the other hemisphere."""
         return self.is_meaningless or self.code == "sign"
 
     @property

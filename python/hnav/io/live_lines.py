@@ -368,8 +368,7 @@ class LiveLines:
 
     def _is_next(self, stamp_s: float, arrived_s: float) -> bool:
         """Whether a stamp of a satellite fix follows the newest row; if it is late or of another clock, the fix joins the
-        next row.
-        """
+        next row."""
         return self._clock.ahead_s(stamp_s) > 0 and not self._clock.is_strange(stamp_s, arrived_s)
 
     def _placed(self, row: list[float], arrived_s: float) -> list[list[float]]:

@@ -71,8 +71,7 @@ class LiveSource:
     @staticmethod
     def named(text: str, baud: int = BAUD, aids: bool = False) -> LiveSource:
         """The source of a name given by a user. aids: also satellite messages of MAVLink. Raises HnavError for an unknown
-        name or a missing package.
-        """
+        name or a missing package."""
         kind, rest = text.partition(":")[0].lower(), text.partition(":")[2]
         if text == "-":
             return _Input(text)
@@ -292,8 +291,7 @@ def mavlink_line(message: Any) -> bytes:
 
 def fix_line(message: Any) -> bytes:
     """The line of a GPS_RAW_INT, empty without a fix. Its time is omitted, because it is of another clock than that of the
-    sensors.
-    """
+    sensors."""
     if message.fix_type < LEAST_FIX:
         return b""
     ellipsoid_mm = getattr(message, "alt_ellipsoid", 0)

@@ -21,8 +21,7 @@ from hnav.places import PACKAGE
 
 def read_mat(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """The named variables that are in the file, without dimensions of length one; without names all of them, those in structs
-    by their path. Raises ValueError with the reason.
-    """
+    by their path. Raises ValueError with the reason."""
     found_here = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     reader = subprocess.run(
         [sys.executable, "-m", "hnav.io.mat_file", str(path), *names],

@@ -65,8 +65,7 @@ UNIT_NAMES = {"gyro": "rad/s", "accel": "m/s2", "mag": "T"}
 
 def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     """Implausible properties of a recording, the worst first. hemisphere: "north" or "south" of the magnetic equator, if
-    known; without it, north is assumed. Raises HnavError for another hemisphere.
-    """
+    known; without it, north is assumed. Raises HnavError for another hemisphere."""
     if hemisphere not in (None, *HEMISPHERES):
         raise HnavValueError("option", f"hemisphere = {hemisphere}: choose one of {', '.join(HEMISPHERES)}", "hemisphere")
     samples = {sensor: recording.samples(sensor) for sensor in ARRAYS}

@@ -32,13 +32,11 @@ LARGEST_BIAS = 0.35
 """Rate noise that as rad/s would be 20 deg/s, the largest in the data sheet of the MPU-6050."""
 STAYED = 0.95
 """Smallest ratio of the mean over an eighth of the recording to the magnitude, for a vector that stays in the body. The mean
-of a body that turns repeatedly is small.
-"""
+of a body that turns repeatedly is small."""
 SILENT, LOUD = 5e-4, 2.6e-3
 """Numbers per sqrt(Hz): as deg/s below the best tactical gyroscopes, as rad/s five times the noise of the worst chips."""
 SHAKEN_M_S2, SLOW = 0.3, 0.6
-"""With a force that varies as much, a body that as deg/s never turned faster than this would be implausible: the rates are
-rad/s.
+"""With a force that varies as much, a body that as deg/s never turned faster than this would be implausible: the rates are rad/s.
 """
 ENOUGH = 8  # windows
 

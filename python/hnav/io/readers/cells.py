@@ -50,8 +50,7 @@ def is_number(cell: str) -> bool:
 
 def decimal_mark(delimiter: str, rows: Iterable[str]) -> str:
     """The decimal mark of these rows: a comma if cells have decimals after a comma and none has a point; in 1.234,5 it is the
-    last mark.
-    """
+    last mark."""
     commas = points = False
     for row in cells_of(rows, delimiter):
         for cell in row:

@@ -45,8 +45,7 @@ def raw_of_tables(
     by_format: Mapping[str, str] | None = None,
 ) -> Raw:
     """One table with all sensors, else the best table of each sensor, by its columns or its name. there: the names of the
-    columns of every table, also of those without a sensor. Raises RecordingError.
-    """
+    columns of every table, also of those without a sensor. Raises RecordingError."""
     by_format = by_format or {}
     whole = max(tables.values(), key=lambda table: len(table.columns), default=None)
     if whole is not None and (len(there) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:

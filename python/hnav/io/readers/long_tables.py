@@ -169,9 +169,7 @@ def _place_of_time(header: Sequence[str], rows: Sequence[Sequence[str]], numeric
 
 
 def _places_of_values(header: Sequence[str], numeric: Sequence[int], kind: int) -> tuple[int, ...]:
-    """x, y and z by the ends of their names; otherwise the first three numbers, or the only one, after the name of the
-    sensor.
-    """
+    """x, y and z by the ends of their names; otherwise the first three numbers, or the only one, after the name of the sensor."""
     ends = {place: AXIS_BEHIND.fullmatch(header[place].strip().lower()) for place in numeric if place < len(header)}
     for axes in ("xyz", "012", "123"):
         found = [next((place for place, end in ends.items() if end and end.group(1) == axis), None) for axis in axes]
@@ -185,9 +183,7 @@ def _places_of_values(header: Sequence[str], numeric: Sequence[int], kind: int) 
 
 
 def _rows_by_name(shown: str, text: str, plan: Plan) -> tuple[dict[str, list[Row]], list[str]]:
-    """The rows of each sensor by its name, and the numbers of ignored rows. Raises RecordingError for a row that is too
-    short.
-    """
+    """The rows of each sensor by its name, and the numbers of ignored rows. Raises RecordingError for a row that is too short."""
     found: dict[str, list[Row]] = {}
     other = dict.fromkeys(["", plan.header[plan.kind].strip() if plan.header else ""])
     needed, cut = max(plan.kind, plan.time or 0, *plan.values) + 1, None
@@ -217,8 +213,7 @@ def _cells(shown: str, text: str, delimiter: str) -> Iterator[list[str]]:
 
 def _frame(shown: str, sensor: str, rows: Sequence[Row], plan: Plan, names: Sequence[str]) -> pd.DataFrame:
     """Values under these names, times, and units, which may also stand in brackets after the name of the sensor. Raises
-    RecordingError for a cell without a number.
-    """
+    RecordingError for a cell without a number."""
     import pandas
 
     columns: dict[str, object] = {}
