@@ -35,12 +35,11 @@ def is_nmea(path: Path, head: bytes) -> bool:
 def read_nmea(path: Path, wishes: Wishes) -> Raw:
     """Positions and velocities. Raises RecordingError for a file without a fix, and when inertial samples are required."""
     alone(path, wishes)
-    log = _Log()
+    log = Sentences()
     for match in SENTENCE.finditer(path.read_bytes().decode("ascii", "replace")):
         if _is_whole(match):
-            log.take(match.group(2), match.group(3).split(","), match.group(1))
-    aids = log.aids()
-    if not aids:
+            log.take(match)
+    if not (aids := log.aids()):
         raise RecordingError(f"{path}: no sentence GGA or RMC with a fix: look whether the receiver saw satellites")
     return Raw("nmea", [], wishes.unit("time", by_format="s"), aids=aids, names=())
 
@@ -55,24 +54,7 @@ LIVE_COLUMNS = ("t_s", "lat_deg", "lon_deg", "alt_m", "vn", "ve", "sigma_h", "si
 
 
 class Sentences:
-    """Sentences that arrive now, one after the other."""
-
-    def __init__(self) -> None:
-        self._log = _Log()
-
-    def cells(self, text: str) -> list[str | float] | None:
-        """Under LIVE_COLUMNS; empty where it has neither place nor velocity, None for what is no whole sentence. The time is what a logger wrote before it; sigmas
-        are by the newest GST."""
-        match = SENTENCE.match(text)
-        if match is None or not _is_whole(match):
-            return None
-        self._log.take(match.group(2), match.group(3).split(","), match.group(1))
-        found = self._log.newest()
-        return [match.group(1), *(found.get(name, "") for name in LIVE_COLUMNS[1:])] if found else []
-
-
-class _Log:
-    """Decodes sentences in order."""
+    """Decodes sentences in order, of a file or as they arrive."""
 
     def __init__(self) -> None:
         self._midnight_s: float | None = None
@@ -82,7 +64,9 @@ class _Log:
         self._places: list[tuple[float, ...]] = []  # time, logger's time, latitude, longitude, height, sigma h, sigma v
         self._velocities: list[tuple[float, ...]] = []  # time, logger's time, speed, course
 
-    def take(self, kind: str, cells: list[str], logged: str) -> None:
+    def take(self, match: re.Match[str]) -> None:
+        """A whole sentence, as SENTENCE finds it."""
+        logged, kind, cells = match.group(1), match.group(2), match.group(3).split(",")
         try:
             logged_s = float(logged) if logged else np.nan
             if kind == "GGA" and cells[5] not in ("", "0"):
@@ -114,7 +98,17 @@ class _Log:
             found["velocity"] = AidSamples(self._times(table), velocity, np.full_like(velocity, np.nan))
         return {kind: one for kind, one in whole(found).items() if len(one.t_s)}
 
-    def newest(self) -> dict[str, float]:
+    def cells(self, text: str) -> list[str | float] | None:
+        """Under LIVE_COLUMNS; empty where it has neither place nor velocity, None for what is no whole sentence. The time is what a logger
+        wrote before it; sigmas are by the newest GST."""
+        match = SENTENCE.match(text)
+        if match is None or not _is_whole(match):
+            return None
+        self.take(match)
+        found = self._newest()
+        return [match.group(1), *(found.get(name, "") for name in LIVE_COLUMNS[1:])] if found else []
+
+    def _newest(self) -> dict[str, float]:
         """Samples since the last call, by column names."""
         self._sigmas = {self._places[-1][0] if self._places else t_s: sigma for t_s, sigma in [*self._sigmas.items()][-1:]}
         found, values = self.aids(), dict[str, float]()
