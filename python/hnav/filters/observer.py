@@ -51,6 +51,7 @@ class ObserverOptions(OptionSet):
 
 
 NAMED = 3  # estimates in the line of a run
+Known = Mapping[str, Sensor] | Mapping[str, Input]
 _DROPPED, _HELD = 1, 2  # bits of hnav_observer_run_output.failed
 
 # --------------------------------------------------------------------------------------------- results
@@ -279,20 +280,15 @@ class Observer(NumberedObject):
                     logarithmic=address(logarithmic if len(logarithmic) else None))  # fmt: skip
         try:
             super().__init__("hnav_observer_create", self._options.struct, struct, known)
-        except HnavError:
+        finally:  # what a function in Python has raised, before the library's error that came of it
             asked.raise_kept()
-            raise
-        asked.raise_kept()
 
     def _do(self, function: str, *arguments: Any) -> None:
         try:
             super()._do(function, *arguments)
-        except HnavError:
+        finally:
             if self._asked is not None:
                 self._asked.raise_kept()
-            raise
-        if self._asked is not None:
-            self._asked.raise_kept()
 
     @property
     def options(self) -> ObserverOptions:
@@ -306,13 +302,11 @@ class Observer(NumberedObject):
 
     def push(self, sensor: str, t_s: float, value: float) -> None:
         """A sample of a sensor, in its unit. Raises HnavRuntimeError for one that is late."""
-        index, known = self._index(sensor, self.plan.sensors, "sensor"), self.plan.sensors[sensor]
-        self._do("hnav_observer_push", index, t_s, known.factor * value + known.offset)
+        self._push("hnav_observer_push", "sensor", self.plan.sensors, sensor, t_s, value)
 
     def push_input(self, input: str, t_s: float, value: float) -> None:
         """A known input has this value, times its factor, from t_s on."""
-        index, known = self._index(input, self.plan.inputs, "input"), self.plan.inputs[input]
-        self._do("hnav_observer_push_input", index, t_s, known.factor * value + known.offset)
+        self._push("hnav_observer_push_input", "input", self.plan.inputs, input, t_s, value)
 
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate there. Raises HnavRuntimeError where the plant had no answer: those samples
@@ -411,17 +405,18 @@ class Observer(NumberedObject):
 
         return export(self, path, fmi_version, period_s, covariance)
 
-    def _index(self, name: str, names: Mapping[str, object], kind: str) -> int:
-        if name not in names:
-            raise HnavValueError("out of range", f"the plan has no {kind} {name!r}; it has {', '.join(names) or 'none'}", name)
-        return list(names).index(name)
+    def _push(self, function: str, kind: str, among: Known, name: str, t_s: float, value: float) -> None:
+        if name not in among:
+            raise HnavValueError("out of range", f"the plan has no {kind} {name!r}; it has {', '.join(among) or 'none'}", name)
+        known = among[name]
+        self._do(function, list(among).index(name), t_s, known.factor * value + known.offset)
 
 
 # Observers of FMUs that a process can hold once, by token.
 _ONLY_ONES: weakref.WeakValueDictionary[str, Observer] = weakref.WeakValueDictionary()
 
 
-def _columns(given: Mapping[str, npt.ArrayLike], known: Mapping[str, Sensor] | Mapping[str, Input], n: int, kind: str) -> Array:
+def _columns(given: Mapping[str, npt.ArrayLike], known: Known, n: int, kind: str) -> Array:
     """n x len(known): samples in the plant's units, NaN where none are given."""
     for name in given:
         if name not in known:
@@ -449,20 +444,21 @@ def _means_to_the_next(t_s: Array, values: Array) -> Array:
 
 
 def _statistics(plan: Plan, plant: Plant) -> dict[str, Array]:
-    """The rows of hnav_observer_statistics; a start that is not told is the plant's."""
+    """The rows of hnav_observer_statistics; a start that is not given is the plant's."""
     own = {**plant.states, **plant.inputs, **plant.parameters}
-    known: dict[str, Estimated] = {**plan.states, **plan.unknown_inputs, **plan.parameters}
-    start = {name: own[name] if math.isnan(told.start) else told.start for name, told in known.items()}
-    inputs = {name: own[name] if math.isnan(told.start) else told.start for name, told in plan.inputs.items()}
+    known = {**plan.states, **plan.unknown_inputs, **plan.parameters}
+
+    def starts(of: Mapping[str, Estimated] | Mapping[str, Input]) -> list[float]:
+        return [own[name] if math.isnan(one.start) else one.start for name, one in of.items()]
+
     rows = dict(
-        start=start.values(), nominal=[k.nominal or 1.0 for k in known.values()],
+        start=starts(known), nominal=[k.nominal or 1.0 for k in known.values()], input_start=starts(plan.inputs),
         time_constant_s=[k.time_constant_s for k in plan.unknown_inputs.values()],
-        input_start=inputs.values(), sensor_sigma=[s.noise for s in plan.sensors.values()],
-        gate_nis=[s.gate_nis for s in plan.sensors.values()],
+        sensor_sigma=[s.noise for s in plan.sensors.values()], gate_nis=[s.gate_nis for s in plan.sensors.values()],
     )  # fmt: skip
-    as_told = ("start_sigma", "noise", "ready_sigma", "min", "max")
-    rows |= {name: [getattr(k, name) for k in known.values()] for name in as_told}
-    return {name: np.array(list(values), float) for name, values in rows.items()}
+    as_given = ("start_sigma", "noise", "ready_sigma", "min", "max")
+    rows |= {name: [getattr(k, name) for k in known.values()] for name in as_given}
+    return {name: np.array(values, float) for name, values in rows.items()}
 
 
 def _unpack(fmu: ModelDescription, plan: str) -> Path:
