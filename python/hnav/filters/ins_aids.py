@@ -45,8 +45,12 @@ class Aids:
         return self._add("position", t_s, place, sigma_n_m, received_s)
 
     def velocity(
-        self, t_s: npt.ArrayLike, velocity_n_m_s: npt.ArrayLike, sigma_n_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None,
-    ) -> Aids:  # fmt: skip
+        self,
+        t_s: npt.ArrayLike,
+        velocity_n_m_s: npt.ArrayLike,
+        sigma_n_m_s: npt.ArrayLike,
+        received_s: npt.ArrayLike | None = None,
+    ) -> Aids:
         """Velocities: m x 3, north, east, down, the last NaN where it is not known; sigma likewise."""
         return self._add("velocity", t_s, np.asarray(velocity_n_m_s, float), sigma_n_m_s, received_s)
 

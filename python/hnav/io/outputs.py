@@ -151,8 +151,8 @@ def _written_beside(target: Path, pieces: Iterable[bytes]) -> Iterator[Path | No
 
 
 def lock(descriptor: int) -> None:
-    """Locks an open file until it is closed or the process ends. Raises BlockingIOError when another process holds the lock, another OSError
-    where the file system has no locks.
+    """Locks an open file until it is closed or the process ends. Raises BlockingIOError when another process holds the lock,
+    another OSError where the file system has no locks.
 
     Windows has no such locks, but a file that a process has open cannot be removed there.
     """

@@ -102,7 +102,7 @@ def with_unit(column: Column, text: str) -> Column:
 
 
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
-    """The content of a column with this name; sensor: of a file with samples of one sensor, whose axes may be called x, y and z."""
+    """The content of a column with this name; sensor: of a file with samples of one sensor, whose axes may be called x, y, z."""
     return None if len(name.strip()) > LONGEST_NAME else _column_of(name, place, sensor)
 
 

@@ -99,8 +99,8 @@ class Sentences:
         return {kind: one for kind, one in whole(found).items() if len(one.t_s)}
 
     def cells(self, text: str) -> list[str | float] | None:
-        """Under LIVE_COLUMNS; empty where it has neither place nor velocity, None for what is no whole sentence. The time is what a logger
-        wrote before it; sigmas are by the newest GST."""
+        """Under LIVE_COLUMNS; empty where it has neither place nor velocity, None for what is no whole sentence. The time is what a
+        logger wrote before it; sigmas are by the newest GST."""
         match = SENTENCE.match(text)
         if match is None or not _is_whole(match):
             return None
