@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from hnav import __version__
-from hnav.io.outputs import write_files
 from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
 from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import INK
 from hnav.reports.comparison import Comparison
-from hnav.reports.page import document, heading_of
+from hnav.reports.page import write_page
 from hnav.reports.panels import CIRCLE_AXIS, FILTER_COLOURS, Panel, circle_line, grid_of, line, panel_of, seen_from_above, table
 
 LAPS_DEG = 720.0  # a yaw that turns further, as that of a vehicle on laps, is drawn from 0 to 360 deg
@@ -45,11 +43,9 @@ def write_comparison(compared: Sequence[Comparison], file: Path) -> None:
     begin_s, end_s = (pick(float(one.aligned.t_s[row]) for one in compared) for pick, row in ((min, 0), (max, -1)))
     seen: Any = View([_since(one, begin_s) for one in compared], np.array([0.0, end_s - begin_s]))
     reference = compared[0].reference.name
-    facts = {"reference": reference, "length": f"{seen.t_s[-1]:.6g} s", "hnav": __version__}
+    facts = {"reference": reference, "length": f"{seen.t_s[-1]:.6g} s"}
     notes = [f"note: {one.aligned.name}: {name}: {text}" for one in compared for name, text in one.found.items()]
-    panels = [panel for panel in PANELS if panel.applies(seen)]
-    title = f"{', '.join(one.aligned.name for one in compared)} against {reference}"
-    write_files({file: document(f"hnav · {title}", heading_of(title, facts, notes), "", seen, panels)}, make_folders=True)
+    write_page(file, f"{', '.join(one.aligned.name for one in compared)} against {reference}", facts, notes, PANELS, seen)
 
 
 def _since(one: Comparison, begin_s: float) -> Comparison:
@@ -121,10 +117,8 @@ def _table(seen: View) -> str:
 
 
 PANELS: tuple[Panel, ...] = (
-    panel_of("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table, lambda seen: True),
+    panel_of("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table),
     panel_of("attitude", "Attitude", "The reference in ink.", _attitude, lambda seen: _has(seen, "q_nb")),
     panel_of("track", "Track", "From above.", _track, lambda seen: _has(seen, "position_m")),
-    panel_of(
-        "errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors, lambda seen: True
-    ),
+    panel_of("errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors),
 )

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from hnav import __version__
 from hnav.errors import HnavValueError
-from hnav.io.outputs import write_files
-from hnav.reports.page import document, heading_of
+from hnav.reports.page import write_page
 from hnav.reports.panels import FILTER_COLOURS, Panel, grid_of, panel_of, table
 from hnav.systems.montecarlo import COMMAND
 
@@ -60,13 +58,10 @@ def write_montecarlo_report(source: Path, file: Path) -> list[str]:
     failed = every[every["failure"] != ""]
     facts = {
         "runs": str(every.groupby(["scenario", "seed"]).ngroups), "scenarios": ", ".join(map(str, every["scenario"].unique())),
-        "filters": ", ".join(map(str, done["filter"].unique())), "hnav": __version__,
+        "filters": ", ".join(map(str, done["filter"].unique())),
     }  # fmt: skip
     warnings = [f"{row.scenario}, seed {row.seed} failed: {row.failure}" for row in failed.head(WORST).itertuples()]
-    write_files(
-        {file: document(f"hnav · {source.name}", heading_of(source.name, facts, warnings), "", seen, PANELS)}, make_folders=True
-    )
-    return [panel.name for panel in PANELS]
+    return write_page(file, source.name, facts, warnings, PANELS, seen)
 
 
 def _distributions(seen: Runs) -> Any:
@@ -126,15 +121,7 @@ def _has_figures(seen: Any) -> bool:
 
 
 PANELS: tuple[Panel, ...] = (
-    panel_of(
-        "distribution", "Distribution", "Each line: the share of the runs whose figure is smaller.", _distributions, _has_figures
-    ),
+    panel_of("distribution", "Distribution", "Each line: the share of the runs whose figure is smaller.", _distributions, _has_figures),
     panel_of("table", "Figures", "Sizes, without their signs.", _table, _has_figures),
-    panel_of(
-        "worst",
-        "Worst runs",
-        "Largest first figure; each command simulates the run again and makes its page.",
-        _worst,
-        _has_figures,
-    ),
-)
+    panel_of("worst", "Worst runs", "Largest first figure; each command simulates the run again and makes its page.", _worst, _has_figures),
+)  # fmt: skip

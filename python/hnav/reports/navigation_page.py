@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from hnav import __version__
 from hnav.filters.ins_answers import READY, InsRun
 from hnav.filters.readiness import sigmas, smallest, why_never
 from hnav.io.aids import AidSamples
-from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
 from hnav.reports.navigation_panels import NAVIGATION_PANELS, View, outages
 from hnav.reports.observability_panel import observability_panel
-from hnav.reports.page import document, figures_as_text, heading_of
+from hnav.reports.page import figures_as_text, write_page
 from hnav.reports.recording_view import began
 
 
@@ -28,18 +25,15 @@ def write_navigation_report(
 
     recording: the input of the run; the page then shows its GNSS too. warnings: warnings at the head of the page.
     """
-    seen: Any = view(run, recording)
-    panels = [panel for panel in NAVIGATION_PANELS if panel.applies(seen)]
-    panels += observability_panel(run.observability)
+    seen = view(run, recording)
     name = recording.name if recording is not None else "navigation"
     about = {
         "filter": "ins", "preset": run.options.preset if run.options else "", "begins": began(float(run.t_s[0])) if len(run.t_s) else "",
         "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s", "rows": str(len(run.t_s)), "hindsight": "every row from all samples" if run.smoothed else "",
-        "hnav": __version__,
     }  # fmt: skip
-    head = heading_of(name, {key: value for key, value in about.items() if value}, warnings)
-    write_files({Path(file): document(f"hnav · {name}", head, figures_as_text(facts(seen)), seen, panels)}, make_folders=True)
-    return [panel.name for panel in panels]
+    known = {key: value for key, value in about.items() if value}
+    panels = [*NAVIGATION_PANELS, *observability_panel(run.observability)]
+    return write_page(file, name, known, warnings, panels, seen, figures_as_text(facts(seen)))
 
 
 def view(run: InsRun, recording: Recording | None = None) -> View:

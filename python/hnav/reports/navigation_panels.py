@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,6 @@ from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, 
 from hnav.reports.graphs import go
 from hnav.reports.panels import (
     CIRCLE_AXIS,
-    Panel,
     band,
     blocks,
     circle_line,
@@ -260,21 +259,15 @@ def _is_somewhere(seen: View) -> bool:
     return bool(seen.known.any())
 
 
-def _panel(
-    name: str, title: str, note: str, draw: Callable[[View], go.Figure], applies: Callable[[View], bool] = _is_somewhere
-) -> Panel:
-    return panel_of(name, title, note, draw, applies)
-
-
 # In the order of the page.
 NAVIGATION_PANELS = (
-    _panel("track", "Track", "From above, in metres from the first estimate.", _track),
-    _panel("known", "What is known when", "Phases of the filter, what was ready, when the body stood, and times without satellites.", _known,
+    panel_of("track", "Track", "From above, in metres from the first estimate.", _track, _is_somewhere),
+    panel_of("known", "What is known when", "Phases of the filter, what was ready, when the body stood, and times without satellites.", _known,
            lambda seen: len(seen.t_s) > 0),
-    _panel("heading", "Heading", "Of body x, on the circle: the band of ±3σ goes on at 0 deg where it ends at 360. The course is that of the velocity, not of the "
-           "body: wind and sideslip lie between.", _heading),
-    _panel("heights", "Height and speed", "Over ground, with ±3σ; a band that starts wider than the axis is cut off.", _heights),
-    _panel("sigma", "Standard deviations", "As the filter states them: of position, velocity, and rotation about north, east and down, the last of which is "
-           "heading.", _sigmas),
-    _panel("bias", "Biases", "Of the inertial sensor, body axes, as estimated.", _biases),
+    panel_of("heading", "Heading", "Of body x, on the circle: the band of ±3σ goes on at 0 deg where it ends at 360. The course is that of the velocity, not of the "
+           "body: wind and sideslip lie between.", _heading, _is_somewhere),
+    panel_of("heights", "Height and speed", "Over ground, with ±3σ; a band that starts wider than the axis is cut off.", _heights, _is_somewhere),
+    panel_of("sigma", "Standard deviations", "As the filter states them: of position, velocity, and rotation about north, east and down, the last of which is "
+           "heading.", _sigmas, _is_somewhere),
+    panel_of("bias", "Biases", "Of the inertial sensor, body axes, as estimated.", _biases, _is_somewhere),
 )  # fmt: skip

@@ -42,7 +42,7 @@ def write_noise_report(found: Mapping[str, SensorNoise], name: str, file: Path) 
 
 def _panel(sensor: str) -> Panel:
     note = "Overlapping Allan deviation (dots, with the bounds of 95 % by their degrees of freedom) and what was fitted (lines)."
-    return panel_of(sensor, TITLES[sensor], note, lambda seen: _allan(seen.found[sensor], sensor), lambda seen: True)
+    return panel_of(sensor, TITLES[sensor], note, lambda seen: _allan(seen.found[sensor], sensor))
 
 
 def _allan(noise: SensorNoise, sensor: str) -> Any:
@@ -83,6 +83,4 @@ def _table(seen: View) -> str:
     return table(["sensor", "figure", "x", "y", "z", "unit"], rows)
 
 
-FIGURES = panel_of(
-    "figures", "Figures", "In brackets 95 %; < is an upper limit, where the length gives no more.", _table, lambda seen: True
-)
+FIGURES = panel_of("figures", "Figures", "In brackets 95 %; < is an upper limit, where the length gives no more.", _table)

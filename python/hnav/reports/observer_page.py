@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hnav import __version__
 from hnav.filters.observer import ObserverRun, contradicted
 from hnav.filters.observer_findings import Finding, findings, moment
 from hnav.io.model_description import ModelDescription
-from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, GREEN, INK, ORANGE, VERMILION
-from hnav.reports.page import document, heading_of
-from hnav.reports.panels import Panel, band, dots, grid_of, line, panel_of, table
+from hnav.reports.page import write_page
+from hnav.reports.panels import band, dots, grid_of, line, panel_of, table
 
 if TYPE_CHECKING:
     from hnav.reports.graphs import go
@@ -49,12 +47,14 @@ def report_observer(run: ObserverRun, file: str | Path, samples: str = "", found
 
     samples: what they are called in the title; found: intervals that stand out, None: those of the run.
     """
-    seen: Any = view(run, findings(run, run.plan) if found is None else found)
-    panels = [panel for panel in PANELS if panel.applies(seen)]
+    seen = view(run, findings(run, run.plan) if found is None else found)
     model = run.plan.plant.name if isinstance(run.plan.plant, ModelDescription) else "observer"
-    title = f"{model} · {samples}" if samples else model
+    facts = {
+        "estimated": ", ".join(run.x), "sensors": ", ".join(run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
+        "rows": str(len(seen.t_s)), **({"hindsight": "every row from all samples"} if run.smoothed else {}),
+    }  # fmt: skip
     warnings = contradicted(run.proof, run.plan) + run.dropped_in_words() + run.held_in_words()
-    write_files({Path(file): document(f"hnav · {title}", _header(seen, title, warnings), "", seen, panels)}, make_folders=True)
+    write_page(file, f"{model} · {samples}" if samples else model, facts, warnings, PANELS, seen)
 
 
 def view(run: ObserverRun, found: list[Finding]) -> View:
@@ -65,20 +65,6 @@ def view(run: ObserverRun, found: list[Finding]) -> View:
     units = {name: fmu.variables[of].unit for name, of in variables.items()} if fmu is not None else {}
     sigmas = {name: abs(sensor.factor) * sensor.noise for name, sensor in plan.sensors.items()}
     return View(run, run.t_s - run.t_s[0] if len(run.t_s) else run.t_s, units, sigmas, found)
-
-
-def _header(seen: View, title: str, warnings: list[str]) -> str:
-    facts = {
-        "estimated": ", ".join(seen.run.x), "sensors": ", ".join(seen.run.nis), "length": f"{seen.t_s[-1] if len(seen.t_s) else 0:.6g} s",
-        "rows": str(len(seen.t_s)), **({"hindsight": "every row from all samples"} if seen.run.smoothed else {}), "hnav": __version__,
-    }  # fmt: skip
-    return heading_of(title, facts, warnings)
-
-
-def _panel(
-    name: str, title: str, note: str, draw: Callable[[View], Any], applies: Callable[[View], bool] = lambda _: True
-) -> Panel:
-    return panel_of(name, title, note, draw, applies)
 
 
 def _rows(seen: View, names: list[str], draw: Callable[[go.Figure, int, str], None]) -> go.Figure:
@@ -196,17 +182,17 @@ def _has_rows(seen: View) -> bool:
 
 # In the order of the page.
 PANELS = (
-    _panel("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
-    _panel("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
-    _panel("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
+    panel_of("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
+    panel_of("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
+    panel_of("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
            "innovations larger than stated: the bands of time in the figures.", _findings, lambda seen: bool(seen.found)),
-    _panel("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
+    panel_of("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
            "figures.", _events, lambda seen: bool((seen.run.plant_events > 0).any() or (seen.run.parts > 1).any())),
-    _panel("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
+    panel_of("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
            _has_rows),
-    _panel("nis", "Normalised innovations", "1 where the noises are as stated. Above the band: more noise than stated, or a wrong model; below: "
+    panel_of("nis", "Normalised innovations", "1 where the noises are as stated. Above the band: more noise than stated, or a wrong model; below: "
            "less.", _nis, _has_rows),
-    _panel("sensors", "Sensors", "Their stated noise, and their innovations.", _sensors),
-    _panel("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
+    panel_of("sensors", "Sensors", "Their stated noise, and their innovations.", _sensors),
+    panel_of("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
            lambda seen: bool(seen.run.proof)),
 )  # fmt: skip

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from hnav import __version__
 from hnav.io.outputs import write_files
 from hnav.reports.attitude_panels import ATTITUDE_PANELS, timing_panel
 from hnav.reports.body_panel import body_panel
@@ -71,6 +72,19 @@ def page(run: Run, panels: Sequence[Panel]) -> str:
     return document(title, header(run), summary(run), run, panels)
 
 
+def write_page(
+    file: str | Path, title: str, facts: Mapping[str, str], warnings: Sequence[str], panels: Sequence[Panel], seen: Any, figures: str = "", more: str = ""
+) -> list[str]:  # fmt: skip
+    """Writes one HTML page with the panels that have something to draw of what is seen, and returns their names.
+
+    facts, warnings, more: as of heading_of; figures: HTML above the panels. Raises HnavError if it cannot be written.
+    """
+    shown = [panel for panel in panels if panel.applies(seen)]
+    head = heading_of(title, {**facts, "hnav": __version__}, warnings, more)
+    write_files({Path(file): document(f"hnav · {title}", head, figures, seen, shown)}, make_folders=True)
+    return [panel.name for panel in shown]
+
+
 def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Panel]) -> str:
     """The whole document: head and figures are HTML and stand above the panels. run: what the panels draw, with times t_s."""
     style, script = text_of(STYLE), text_of(*SCRIPTS)
@@ -84,11 +98,18 @@ def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Pan
     ])  # fmt: skip
 
 
-def heading_of(title: str, facts: Mapping[str, str], warnings: Sequence[str], more: str = "") -> str:
-    """The head of a page: facts by name, and lines of warning; those that begin with note are no warning. more: HTML."""
+def heading_of(title: str, facts: Mapping[str, str], warnings: Sequence[str], more: str = "", description: str = "") -> str:
+    """The head of a page: facts by name, and lines of warning; those that begin with note: are no warning. more: HTML."""
     listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="{"note" if text.startswith("note") else "warning"}">{escape(text)}</p>' for text in warnings)
-    return f"<header><h1>{escape(title)}</h1><dl>{listed}</dl>{warned}{more}</header>"
+    warned = "".join(f'<p class="{"note" if text.startswith("note:") else "warning"}">{escape(text)}</p>' for text in warnings)
+    described = f"<p>{escape(description)}</p>" if description else ""
+    return f"<header><h1>{escape(title)}</h1>{described}<dl>{listed}</dl>{warned}{more}</header>"
+
+
+def folded(summary: str, rows: Mapping[str, object]) -> str:
+    """A table of names and values that a click opens; empty without rows."""
+    cells = "".join(f"<tr><td>{escape(name)}</td><td>{escape(str(value))}</td></tr>" for name, value in rows.items())
+    return f"<details><summary>{summary}</summary><table>{cells}</table></details>" if rows else ""
 
 
 def figures_as_text(found: Sequence[tuple[str, str]]) -> str:
@@ -105,21 +126,11 @@ def header(run: Run) -> str:
         "scenario": about["scenario"], "grade": about["grade"], "seed": about["seed"], "length": f"{run.t_s[-1] - run.t_s[0]:g} s",
         "step": f"{1e3 * about['step_s']:g} ms", "hnav": about["versions"]["hnav"],
     }  # fmt: skip
-    listed = "".join(
-        f"<div><dt>{name}</dt><dd>{escape(str(value))}</dd></div>" for name, value in facts.items() if value is not None
-    )
     warnings = [about["failure"]] if about["failure"] else []
     warnings += [f"{name} lost {n} samples between the communication points" for name, n in about["lost"].items() if n]
-    warned = "".join(f'<p class="warning">{escape(text)}</p>' for text in warnings)
-    description = f"<p>{escape(about['description'])}</p>" if about["description"] else ""
-    return f"<header><h1>{escape(about['system'])}</h1>{description}<dl>{listed}</dl>{warned}{parameters(run)}</header>"
-
-
-def parameters(run: Run) -> str:
-    """All settings, folded."""
-    chosen = {name: f"{value:g}" if isinstance(value, float) else str(value) for name, value in run.about["parameters"].items()}
-    rows = "".join(f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in chosen.items())
-    return f"<details><summary>{len(chosen)} parameters set</summary><table>{rows}</table></details>" if rows else ""
+    chosen = {name: f"{value:g}" if isinstance(value, float) else value for name, value in about["parameters"].items()}
+    known = {name: str(value) for name, value in facts.items() if value is not None}
+    return heading_of(about["system"], known, warnings, folded(f"{len(chosen)} parameters set", chosen), about["description"])
 
 
 def summary(run: Run) -> str:
@@ -128,30 +139,15 @@ def summary(run: Run) -> str:
     if not filters:
         rows = summary_rows(run)
         return figures_as_text(rows) if rows else ""
-    heads = (
-        "filter",
-        "RMSE",
-        "heading RMSE",
-        "error at the end",
-        "mean NEES (3)",
-        "NIS force",
-        "NIS field",
-        "tilt ready",
-        "heading ready",
-    )
-    head = "".join(f"<th>{name}</th>" for name in heads)
+    heads = "filter, RMSE, heading RMSE, error at the end, mean NEES (3), NIS force, NIS field, tilt ready, heading ready"
+    head = "".join(f"<th>{name}</th>" for name in heads.split(", "))
     table = f'<table class="figures"><tr>{head}</tr>{"".join(_row(e) for e in filters)}</table>'
     return f'<section id="summary"><h2>Summary</h2><div class="scroll">{table}</div></section>'
 
 
 def _row(estimate: Estimate) -> str:
     found = figures(estimate)
-    cells = [
-        _number(found.rmse_deg, "deg"),
-        _number(found.heading_rmse_deg, "deg"),
-        _number(found.final_deg, "deg"),
-        _number(found.nees),
-    ]
+    cells = [_number(value, "deg") for value in (found.rmse_deg, found.heading_rmse_deg, found.final_deg)] + [_number(found.nees)]
     cells += [f"{_number(mean)} ({expected})" for mean, expected in found.nis.values()]
     cells += [_number(t, "s") if np.isfinite(t) else "never" for t in (found.tilt_ready_s, found.heading_ready_s)]
     swatch = f'<i style="background:{colour_of(estimate.run, estimate.name)}"></i>'

@@ -51,7 +51,9 @@ def panel(
     return lambda draw: Panel(name, title, note, applies, draw, lines)
 
 
-def panel_of(name: str, title: str, note: str, draw: Callable[[Any], go.Figure | str], applies: Callable[[Any], bool]) -> Panel:
+def panel_of(
+    name: str, title: str, note: str, draw: Callable[[Any], go.Figure | str], applies: Callable[[Any], bool] = lambda _: True
+) -> Panel:
     """A panel of a page about something else than a simulation."""
     return Panel(name, title, note, applies, draw, no_lines)
 

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from hnav import __version__
 from hnav.filters.sensor_calibration import ATTITUDES, SensorCalibration, advice, distinct, largest_gap, rests_of, unit_vectors
-from hnav.io.outputs import write_files
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, FAINT, VERMILION
-from hnav.reports.page import document, heading_of
+from hnav.reports.page import write_page
 from hnav.reports.panels import Panel, grid_of, panel_of, table
 
 
@@ -46,12 +44,8 @@ def write_refusal(recording: Recording, reason: str, file: Path) -> None:
 
 
 def _write(name: str, seen: View, facts: dict[str, str], said: list[str], file: Path) -> None:
-    attitudes = {"attitudes": f"{len(distinct(seen.directions))}, {ATTITUDES} or more are needed", "hnav": __version__}
-    panels = [panel for panel in PANELS if panel.applies(seen)]  # type: ignore[arg-type]
-    title = f"Calibration by {name}"
-    write_files(
-        {file: document(f"hnav · {title}", heading_of(title, facts | attitudes, said), "", seen, panels)}, make_folders=True
-    )
+    attitudes = {"attitudes": f"{len(distinct(seen.directions))}, {ATTITUDES} or more are needed"}
+    write_page(file, f"Calibration by {name}", facts | attitudes, said, PANELS, seen)
 
 
 def _attitudes(seen: View) -> Any:
@@ -83,5 +77,5 @@ PANELS: tuple[Panel, ...] = (
     panel_of("figures", "Figures", "corrected = matrix (reading - offset); ± is one sigma.",
              lambda seen: table(["sensor", "figure", "x", "y", "z", "unit"], seen.rows), lambda seen: bool(seen.rows)),
     panel_of("attitudes", "Attitudes at rest", "Which body axis points up, on two halves of the sphere; areas are true, the outer ring is level. "
-             "The cross is the direction that is farthest from all rests.", _attitudes, lambda seen: True),
+             "The cross is the direction that is farthest from all rests.", _attitudes),
 )  # fmt: skip
