@@ -15,8 +15,7 @@ def euler_deg(q_nb: np.ndarray) -> np.ndarray:
     angles = euler_rad(q_nb)
     known = np.isfinite(angles).all(axis=1)
     angles[known] = np.unwrap(angles[known], axis=0)
-    degrees: np.ndarray = np.degrees(angles)
-    return degrees
+    return np.asarray(np.degrees(angles))
 
 
 def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
@@ -29,5 +28,4 @@ def near_turn(angles_deg: np.ndarray, near_deg: np.ndarray) -> np.ndarray:
         known = np.flatnonzero(np.isfinite(column))
         if len(known):
             column[:] = column[known[np.searchsorted(known, np.arange(len(column)), side="right").clip(1) - 1]]
-    moved: np.ndarray = angles_deg + 360.0 * np.nan_to_num(turns).reshape(angles_deg.shape)
-    return moved
+    return np.asarray(angles_deg + 360.0 * np.nan_to_num(turns).reshape(angles_deg.shape))

@@ -49,8 +49,7 @@ def _titles(filters: list[Estimate]) -> list[str] | None:
 
 def _settled(run: Run) -> np.ndarray:
     """Rows after the start."""
-    settled: np.ndarray = run.t_s >= run.t_s[0] + SETTLING_SHARE * (run.t_s[-1] - run.t_s[0])
-    return settled
+    return np.asarray(run.t_s >= run.t_s[0] + SETTLING_SHARE * (run.t_s[-1] - run.t_s[0]))
 
 
 def truth_name(run: Run) -> str:
@@ -118,11 +117,8 @@ def error_panel(run: Run) -> go.Figure:
         for column, estimate in enumerate(filters, start=1):
             colour = colour_of(run, estimate.name)
             error, sigma = estimate.error_deg[:, axis], np.degrees(estimate.vector("att.sigma", 3)[:, axis])
-            figure.add_trace(
-                band(run.t_s, -3 * sigma, 3 * sigma, colour, f"{estimate.name} ±3σ", axis == 0),
-                axis + 1,
-                column,
-            )
+            around = band(run.t_s, -3 * sigma, 3 * sigma, colour, f"{estimate.name} ±3σ", axis == 0)
+            figure.add_trace(around, axis + 1, column)
             figure.add_trace(line(run.t_s, error, colour, estimate.name, axis == 0), axis + 1, column)
             # The first row may have any error: a start without a heading is wrong by up to half a turn.
             if np.isfinite(error).any():
@@ -184,15 +180,11 @@ def field_panel(run: Run) -> go.Figure:
     return figure
 
 
-def _innovation_rows(run: Run) -> list[tuple[str, str, int]]:
-    """(sensor, meaning, component) of all that any filter has."""
-    return [(s, meaning, i) for s, meaning in SENSORS.items() for i in range(max(e.dimension(s) for e in estimates(run)))]
-
-
 @panel("innovations", "Innovations", "Measured minus expected at each sample, inside ±2√S with the noise as parametrised: of a consistent filter 95 % "
        "lie inside. Wider bands are cut off.", lambda run: has_filters(run) and all(run.has(e.name, "innov.accel[1]", "innov.accel_sigma[1]") for e in estimates(run)))  # fmt: skip
 def innovations_panel(run: Run) -> go.Figure:
-    filters, kinds = estimates(run), _innovation_rows(run)
+    filters = estimates(run)
+    kinds = [(s, meaning, i) for s, meaning in SENSORS.items() for i in range(max(e.dimension(s) for e in filters))]
     figure = grid_of(len(kinds), len(filters), _titles(filters), row_px=125)
     for row, (sensor, meaning, i) in enumerate(kinds, start=1):
         for column, estimate in enumerate(filters, start=1):
@@ -226,26 +218,20 @@ def _draw_normalised(run: Run, names: list[str], series: Callable[[Estimate, str
             ends = run.t_s[[0, -1]]
             first = row == 1 and column == 1
             figure.add_trace(band(ends, np.full(2, low), np.full(2, high), FAINT, f"{PROBABILITY:.0%} of χ²", first), row, column)
-            figure.add_trace(
-                line(ends, np.full(2, float(dimension)), INK, "expectation", first, dash="dash", width=1), row, column
-            )
+            expected = np.full(2, float(dimension))
+            figure.add_trace(line(ends, expected, INK, "expectation", first, dash="dash", width=1), row, column)
             shown = np.isfinite(values) & (values > 0)
             if shown.any():
                 floor, top = min(floor, np.quantile(values[shown], 0.02)), max(top, 2 * np.quantile(values[shown], SHOWN_SHARE))
             figure.add_trace(dots(t_s[shown], values[shown], colour_of(run, estimate.name), estimate.name, row == 1), row, column)
         figure.update_yaxes(title_text=name, row=row, col=1)
-    figure.update_yaxes(
-        type="log", range=[np.log10(max(floor, NORMALISED_FLOOR)), np.log10(top)], exponentformat="power", dtick=2
-    )
+    shown_range = np.log10([max(floor, NORMALISED_FLOOR), top]).tolist()
+    figure.update_yaxes(type="log", range=shown_range, exponentformat="power", dtick=2)
     return figure
 
 
-@panel(
-    "nis",
-    "Normalised innovations squared",
-    "One dot a sample; of a filter whose noise is as parametrised 95 % lie in the grey band.",
-    has_filters,
-)
+@panel("nis", "Normalised innovations squared", "One dot a sample; of a filter whose noise is as parametrised 95 % lie in the grey "
+       "band.", has_filters)  # fmt: skip
 def nis_panel(run: Run) -> go.Figure:
     sensors = {f"NIS {meaning}": sensor for sensor, meaning in SENSORS.items()}
 
@@ -292,11 +278,10 @@ def states_panel(run: Run) -> go.Figure:
     filters = estimates(run)
     # The minimum of each block, so that decimation hides no closed gate. The last row is drawn first, at the bottom.
     starts = blocks(len(run.t_s))
-    kinds = [(e, state, text) for e in filters for state, text in STATES.items() if run.has(e.name, state)][::-1]
     rows = [
         (f"{e.name}  {text}", np.minimum.reduceat(run[f"{e.name}.{state}"], starts), colour_of(run, e.name))
-        for e, state, text in kinds
-    ]
+        for e in filters[::-1] for state, text in reversed(STATES.items()) if run.has(e.name, state)
+    ]  # fmt: skip
     figure = go.Figure()
     for level, (name, values, colour) in enumerate(rows):
         # Where it changes says all.
@@ -306,10 +291,8 @@ def states_panel(run: Run) -> go.Figure:
                                     showlegend=False, hoverinfo="skip"))  # fmt: skip
         figure.add_trace(go.Scatter(x=at_s, y=top, mode="lines", name=name, showlegend=False, fill="tonexty", fillcolor=translucent(colour, 0.45),
                                     line=dict(color=colour, width=0.6, shape="hv"), hovertemplate="%{x:.2f} s"))  # fmt: skip
-    names = [name for name, _, _ in rows]
-    figure.update_yaxes(
-        tickvals=np.arange(len(rows)) + 0.36, ticktext=names, range=[-0.3, len(rows)], showgrid=False, zeroline=False
-    )
+    ticks = dict(tickvals=np.arange(len(rows)) + 0.36, ticktext=[name for name, _, _ in rows])
+    figure.update_yaxes(ticks, range=[-0.3, len(rows)], showgrid=False, zeroline=False)
     figure.update_xaxes(title_text="time / s")
     figure.update_layout(height=90 + 26 * len(rows))
     return figure
@@ -322,10 +305,8 @@ def timing_panel(run: Run) -> go.Figure:
     filters = {e.name for e in estimates(run)}
     us = [1e6 * run.about["wall_s"][name] / steps for name in names]
     colours = [colour_of(run, name) if name in filters else FAINT for name in names]
-    text = [f"{value:.1f}" for value in us]
-    figure = go.Figure(
-        go.Bar(x=us, y=names, orientation="h", marker_color=colours, text=text, textposition="outside", cliponaxis=False)
-    )
+    beside = dict(text=[f"{value:.1f}" for value in us], textposition="outside", cliponaxis=False)
+    figure = go.Figure(go.Bar(x=us, y=names, orientation="h", marker_color=colours, **beside))
     figure.update_xaxes(title_text="µs per step", range=[0, 1.2 * max(us)])  # with room for the text of the longest bar
     figure.update_yaxes(autorange="reversed")
     figure.update_layout(height=110 + 34 * len(names))
@@ -333,13 +314,5 @@ def timing_panel(run: Run) -> go.Figure:
 
 
 ATTITUDE_PANELS = (
-    attitude_panel,
-    error_panel,
-    bias_panel,
-    field_panel,
-    innovations_panel,
-    nis_panel,
-    nees_panel,
-    gamma_panel,
-    states_panel,
-)
+    attitude_panel, error_panel, bias_panel, field_panel, innovations_panel, nis_panel, nees_panel, gamma_panel, states_panel,
+)  # fmt: skip

@@ -19,8 +19,7 @@ def silhouette(shape: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """Outline (2 x k) of the projection of the ellipsoid centre + shape u, |u| = 1; shape: the two rows that are seen."""
     turn = np.linspace(0, 2 * np.pi, 181)
     # The projection is the ellipse whose matrix is shape shape'.
-    outline: np.ndarray = centre[:, None] + np.linalg.cholesky(shape @ shape.T) @ np.stack([np.cos(turn), np.sin(turn)])
-    return outline
+    return np.asarray(centre[:, None] + np.linalg.cholesky(shape @ shape.T) @ np.stack([np.cos(turn), np.sin(turn)]))
 
 
 def draw_projection(

@@ -19,11 +19,7 @@ FIGURES = (
     ("region_bias_deg_s", "deg/s", "largest bias error inside the region"),
     ("region_rate_1_s", "1/s", "decay inside the region, remainders included"),
     ("noise_floor_deg", "deg", "bound on the rms attitude error that noise sustains"),
-    (
-        "longest_interval_s",
-        "s",
-        "longest interval with these gains: linear part, all corrections equally far apart, gains frozen",
-    ),
+    ("longest_interval_s", "s", "longest interval with these gains: linear part, all corrections equally far apart, gains frozen"),
     ("dwell_ratio", "", "the same in actual intervals"),
     ("interval_limit_s", "s", "beyond it the error grows over a single window"),
     ("mixed_interval_s", "s", "linear part, intervals from the actual one to this in any order"),
@@ -33,7 +29,7 @@ FIGURES = (
     ("free_rate_min_1_s", "1/s", "solver-free rate at the slowest correction"),
     ("free_rate_median_1_s", "1/s", "its median"),
     ("corrections", "", "corrections, every one verified by its eigenvalues when certified"),
-)
+)  # fmt: skip
 
 
 def verdict(figures: Mapping[str, Any]) -> str:
@@ -44,10 +40,6 @@ def verdict(figures: Mapping[str, Any]) -> str:
        lambda run: "certificate" in run.about)  # fmt: skip
 def certificate_panel(run: Run) -> str:
     found = run.about["certificate"]
-    rows = [("verdict", verdict(found), "")]
-    rows += [
-        (key, f"{found[key]:.4g} {unit}".strip(), meaning)
-        for key, unit, meaning in FIGURES
-        if isinstance(found.get(key), (int, float))
-    ]
-    return table(["figure", "value", "meaning"], rows)
+    known = [figure for figure in FIGURES if isinstance(found.get(figure[0]), (int, float))]
+    rows = [(key, f"{found[key]:.4g} {unit}".strip(), meaning) for key, unit, meaning in known]
+    return table(["figure", "value", "meaning"], [("verdict", verdict(found), ""), *rows])

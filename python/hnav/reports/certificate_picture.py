@@ -50,9 +50,8 @@ def draw_certificate(found: Certificate) -> Figure:
             t_s = np.r_[begin_s, found.t_s]
             V = np.maximum(found.starts.V, LEAST_SHOWN)
             low, middle, high = np.min(V, axis=0), np.median(V, axis=0), np.max(V, axis=0)
-            upper.fill_between(
-                t_s, low, high, color=BLUE, alpha=0.18, lw=0, label=f"{found.starts.starts} starts on the boundary"
-            )
+            drawn = f"{found.starts.starts} starts on the boundary"
+            upper.fill_between(t_s, low, high, color=BLUE, alpha=0.18, lw=0, label=drawn)
             upper.plot(t_s, middle, color=BLUE, label="their median")
             bound = np.exp(-2 * found.region_rate_1_s * (t_s - begin_s))
             upper.plot(t_s, bound, color=VERMILION, ls="--", label=f"certified bound, |e| by {found.region_rate_1_s:.3g} 1/s")
@@ -63,13 +62,8 @@ def draw_certificate(found: Certificate) -> Figure:
         upper.set_ylabel("V / level")
         verdict = "certified" if found.certified else "not certified"
         upper.set_title(f"{found.name}: {verdict}", pad=24)
-        lower.plot(
-            found.t_s[1:],
-            found.free_rate_1_s,
-            color=BLUE,
-            lw=0.9,
-            label="e'P⁻¹e with the filter's own P, correction by correction",
-        )
+        free = "e'P⁻¹e with the filter's own P, correction by correction"
+        lower.plot(found.t_s[1:], found.free_rate_1_s, color=BLUE, lw=0.9, label=free)
         if np.isfinite(found.rate_1_s):
             lower.axhline(found.rate_1_s, color=VERMILION, ls="--", label=f"one P for all: {found.rate_1_s:.3g} 1/s")
         lower.set_ylim(0, 1.1 * np.nanmax([found.rate_1_s, *found.free_rate_1_s]))

@@ -144,12 +144,10 @@ def clock_offset_s(reference: Trajectory, other: Trajectory) -> float:
     """The offset in s to add to the times of other, at which the angular rates, or else the speeds, of both differ least."""
     from scipy.signal import correlate
 
-    name = next(
-        (n for n in ("q_nb", "position_m") if all(np.isfinite(getattr(one, n)).any() for one in (reference, other))), None
-    )
-    if name is None:
+    both = [n for n in ("q_nb", "position_m") if all(np.isfinite(getattr(one, n)).any() for one in (reference, other))]
+    if not both:
         raise HnavValueError("no data", f"{other.name}: has no attitude and no place that {reference.name} has too", "align")
-    (begin_r, speed_r), (begin_o, speed_o) = (_speed(one, name) for one in (reference, other))
+    (begin_r, speed_r), (begin_o, speed_o) = (_speed(one, both[0]) for one in (reference, other))
     least = round(LEAST_S / GRID_S)
     if min(len(speed_r), len(speed_o)) <= least or min(speed_r.std(), speed_o.std()) == 0:
         raise HnavValueError("no data", f"{other.name}: too short, or too still, to find its clock", "align")
@@ -177,12 +175,9 @@ def _speed(one: Trajectory, name: str) -> tuple[float, Array]:
     if len(at_s) <= step:
         return float(t_s[0]), np.zeros(1)
     on_grid = getattr(one.rows(rows).at(at_s), name)
-    size = (
-        np.linalg.norm(rotation_error_rad(on_grid[:-step], on_grid[step:]), axis=1)
-        if name == "q_nb"
-        else np.linalg.norm(on_grid[step:] - on_grid[:-step], axis=1)
-    )
-    return float(t_s[0]), np.nan_to_num(size) / WINDOW_S
+    before, after = on_grid[:-step], on_grid[step:]
+    moved = rotation_error_rad(before, after) if name == "q_nb" else after - before
+    return float(t_s[0]), np.nan_to_num(np.linalg.norm(moved, axis=1)) / WINDOW_S
 
 
 # --------------------------------------------------------------------------------------------- frames
@@ -254,11 +249,9 @@ def _with_places(mine: Trajectory, true: Trajectory, with_scale: bool, found: di
 def _absolute(mine: Trajectory, true: Trajectory) -> list[ErrorFigure]:
     figures = []
     if (rows := known(mine, true, "q_nb")).any():
-        error = rotation_error_rad(mine.q_nb[rows], true.q_nb[rows])
-        stated = _nees(error, mine, "attitude", rows)
-        sizes = zip(
-            ("attitude", "heading", "inclination"), errors_rad(mine.q_nb[rows], true.q_nb[rows]), (stated, np.nan, np.nan)
-        )
+        q, reference = mine.q_nb[rows], true.q_nb[rows]
+        stated = (_nees(rotation_error_rad(q, reference), mine, "attitude", rows), np.nan, np.nan)
+        sizes = zip(("attitude", "heading", "inclination"), errors_rad(q, reference), stated)
         figures += [ErrorFigure(name, "deg", np.degrees(size), mine.t_s[rows], nees) for name, size, nees in sizes]
     for name, array, unit in (("velocity", "velocity_n_m_s", "m/s"), ("position", "position_m", "m")):
         if (rows := known(mine, true, array)).any():
@@ -288,9 +281,8 @@ def _relative(mine: Trajectory, true: Trajectory, delta_s: float) -> list[ErrorF
     if (turns & ways).any():
         i, j = _pairs(mine.t_s, turns & ways, delta_s)
         of_true, of_mine = (rotated(one.q_nb[i] * CONJUGATE, one.position_m[j] - one.position_m[i]) for one in (true, mine))
-        figures += (
-            [ErrorFigure(f"position {name}", "m", np.linalg.norm(of_mine - of_true, axis=1), mine.t_s[j])] if len(i) else []
-        )
+        size = np.linalg.norm(of_mine - of_true, axis=1)
+        figures += [ErrorFigure(f"position {name}", "m", size, mine.t_s[j])] if len(i) else []
     return figures
 
 

@@ -115,17 +115,9 @@ def _track(run: Run, component: str, aircraft: str, name: str, factor: float, tr
     label = component.removesuffix(suffix) if suffix else component
     error = estimate - truth[_held(run.t_s, t_s[rows])]
     return Track(
-        label,
-        t_s[rows],
-        estimate,
-        error,
-        column("sigma", factor),
-        column("innov", factor),
-        column("noise_scale"),
-        column("fault_probability"),
-        column("bias_fault_probability"),
-        run[f"{component}.process_fault_probability"][rows],
-    )
+        label, t_s[rows], estimate, error, column("sigma", factor), column("innov", factor), column("noise_scale"),
+        column("fault_probability"), column("bias_fault_probability"), run[f"{component}.process_fault_probability"][rows],
+    )  # fmt: skip
 
 
 def _held(t_s: np.ndarray, at_s: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.health import Finding, findings, spells
 from hnav.reports.colours import STATE_COLOURS
 from hnav.reports.graphs import go
-from hnav.reports.panels import blocks, panel
+from hnav.reports.panels import bars, blocks, lay_out_bars, panel
 from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates
 
@@ -40,11 +40,7 @@ def health_panel(run: Run) -> go.Figure:
             rows.append(f"{estimate.name}  {sensor}")
             assert estimate.health is not None, "findings need a health record"
             _draw(figure, rows[-1], run.t_s, estimate.health[:, HEALTH_SENSORS.index(sensor)], named)
-    figure.update_yaxes(categoryorder="array", categoryarray=rows[::-1], showgrid=False)
-    figure.update_xaxes(title_text="time / s")
-    figure.update_layout(
-        barmode="overlay", bargap=0.25, height=130 + ROW_PX * len(rows), uniformtext=dict(minsize=10, mode="hide")
-    )
+    lay_out_bars(figure, rows, 130 + ROW_PX * len(rows))
     return figure
 
 
@@ -55,24 +51,7 @@ def _draw(figure: go.Figure, row: str, t_s: np.ndarray, states: np.ndarray, name
     for state in SENSOR_STATES[1:]:
         begins = np.array([begin for name, begin, _ in drawn if name == state])
         ends = np.array([end for name, _, end in drawn if name == state])
-        if not len(begins):
-            continue
-        figure.add_trace(
-            go.Bar(
-                base=begins,
-                x=ends - begins,
-                y=[row] * len(begins),
-                orientation="h",
-                name=state,
-                legendgroup=state,
-                showlegend=state not in named,
-                marker=dict(color=STATE_COLOURS[state], line=dict(width=0)),
-                text=state,
-                textposition="inside",
-                insidetextanchor="start",
-                textangle=0,
-                customdata=ends,
-                hovertemplate=f"{state}, %{{base:.2f}} to %{{customdata:.2f}} s<extra>{row}</extra>",
-            )
-        )
-        named.add(state)
+        if len(begins):
+            legend = dict(name=state, legendgroup=state, showlegend=state not in named)
+            figure.add_trace(bars(row, state, STATE_COLOURS[state], begins, ends, 2, **legend))
+            named.add(state)

@@ -39,10 +39,8 @@ def write_navigation_report(
 def view(run: InsRun, recording: Recording | None = None) -> View:
     """The run in the form of the panels."""
     begin_s = run.t_s[0] if len(run.t_s) else 0.0
-    aids = {} if recording is None else recording.aids
-    within = (
-        {kind: one.rows((one.t_s >= begin_s) & (one.t_s <= run.t_s[-1])) for kind, one in aids.items()} if len(run.t_s) else {}
-    )
+    aids = recording.aids if recording is not None and len(run.t_s) else {}
+    within = {kind: one.rows((one.t_s >= begin_s) & (one.t_s <= run.t_s[-1])) for kind, one in aids.items()}
     shown = {kind: AidSamples(one.t_s - begin_s, one.values, one.sigma) for kind, one in within.items() if len(one.t_s)}
     known = np.flatnonzero(np.isfinite(run.place).all(axis=1))
     return View(run, run.t_s - begin_s, shown, run.place[known[0]] if len(known) else np.full(3, np.nan))
@@ -55,20 +53,13 @@ def facts(seen: View) -> list[tuple[str, str]]:
         return [("rows", str(len(run.t_s))), ("estimate", "none: the filter waits for satellites, or for rate and force")]
     last = known[-1]
     moved = np.diff(seen.track_m(run.place[known])[:, :2], axis=0)
+    (latitude, longitude), sigma_m = np.degrees(run.place[last, :2]), run.sigma_position_m[last]
+    heading, sigma = np.degrees(run.heading_rad[last]) % 360, np.degrees(run.sigma_rotation_rad[last, 2])
     found = [
         ("track", f"{np.hypot(*moved.T).sum() / 1000:.4g} km in {seen.t_s[-1]:.6g} s"),
-        (
-            "last place",
-            f"{np.degrees(run.place[last, 0]):.7f}, {np.degrees(run.place[last, 1]):.7f} deg, {run.place[last, 2]:.1f} m",
-        ),
-        (
-            "its sigma",
-            f"{np.hypot(*run.sigma_position_m[last, :2]):.2f} m horizontal, {run.sigma_position_m[last, 2]:.2f} m vertical",
-        ),
-        (
-            "last heading",
-            f"{np.degrees(run.heading_rad[last]) % 360:.2f} deg, sigma {np.degrees(run.sigma_rotation_rad[last, 2]):.2f} deg",
-        ),
+        ("last place", f"{latitude:.7f}, {longitude:.7f} deg, {run.place[last, 2]:.1f} m"),
+        ("its sigma", f"{np.hypot(*sigma_m[:2]):.2f} m horizontal, {sigma_m[2]:.2f} m vertical"),
+        ("last heading", f"{heading:.2f} deg, sigma {sigma:.2f} deg"),
     ]
     reached = smallest(sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m))
     for name, flags, sigma in zip(READY, run.ready.T, reached):
@@ -80,7 +71,6 @@ def facts(seen: View) -> list[tuple[str, str]]:
     if "position" in seen.aids:
         gaps = outages(seen.aids["position"].t_s, float(seen.t_s[-1]))
         longest = max((end - begin for begin, end in gaps), default=0.0)
-        found.append(
-            ("without positions", f"{len(gaps)} time{'s' * (len(gaps) > 1)}, the longest {longest:.4g} s" if gaps else "never")
-        )
+        times = f"{len(gaps)} time{'s' * (len(gaps) > 1)}, the longest {longest:.4g} s" if gaps else "never"
+        found.append(("without positions", times))
     return found

@@ -16,11 +16,13 @@ from hnav.reports.graphs import go
 from hnav.reports.panels import (
     CIRCLE_AXIS,
     band,
+    bars,
     blocks,
     circle_line,
     dots,
     extremes,
     grid_of,
+    lay_out_bars,
     line,
     panel_of,
     seen_from_above,
@@ -81,46 +83,23 @@ def _track(seen: View) -> go.Figure:
     figure = go.Figure()
     if (fixes := seen.aids.get("position")) is not None:
         at = seen.track_m(fixes.values)[blocks(len(fixes.t_s))]
-        figure.add_trace(
-            go.Scatter(
-                x=small(at[:, 1]),
-                y=small(at[:, 0]),
-                mode="markers",
-                name="satellites",
-                marker=dict(color=INK, size=3, opacity=0.5),
-            )
-        )
-    figure.add_trace(
-        go.Scatter(
-            x=small(east[rows]),
-            y=small(north[rows]),
-            mode="lines",
-            name="estimate",
-            line=dict(color=BLUE, width=1.8),
-            customdata=small(seen.t_s[rows]),
-            hovertemplate="%{customdata:.2f} s<br>%{y:.2f} m north<br>%{x:.2f} m east<extra></extra>",
-        )
-    )
-    away = within(_position_outages(seen), seen.t_s)[rows] & np.isfinite(north[rows])
+        figure.add_trace(go.Scatter(x=small(at[:, 1]), y=small(at[:, 0]), mode="markers", name="satellites",
+                                    marker=dict(color=INK, size=3, opacity=0.5)))  # fmt: skip
+    figure.add_trace(go.Scatter(x=small(east[rows]), y=small(north[rows]), mode="lines", name="estimate", line=dict(color=BLUE, width=1.8),
+                                customdata=small(seen.t_s[rows]),
+                                hovertemplate="%{customdata:.2f} s<br>%{y:.2f} m north<br>%{x:.2f} m east<extra></extra>"))  # fmt: skip
+    gaps = [] if fixes is None else outages(fixes.t_s, float(seen.t_s[-1]))
+    away = within(gaps, seen.t_s)[rows] & np.isfinite(north[rows])
     if away.any():
         figure.add_trace(go.Scatter(x=small(np.where(away, east[rows], np.nan)), y=small(np.where(away, north[rows], np.nan)), mode="lines",
                                     name="without satellites", line=dict(color=VERMILION, width=3)))  # fmt: skip
     ends = np.flatnonzero(seen.known)[[0, -1]]
-    names = ["begin", "end"] if _apart(north[ends], east[ends]) else ["begin, end", ""]
+    # Ends of the track that are far enough apart have a label each.
+    names = ["begin", "end"] if np.hypot(np.ptp(north[ends]), np.ptp(east[ends])) > 30 else ["begin, end", ""]
     figure.add_trace(go.Scatter(x=small(east[ends]), y=small(north[ends]), mode="markers+text", name="begin and end", text=names,
                                 textposition="top right", marker=dict(color=ORANGE, size=9, symbol=["circle", "square"])))  # fmt: skip
     seen_from_above(figure)
     return figure
-
-
-def _apart(north: Array, east: Array) -> bool:
-    """Whether the ends of the track are far enough apart for two labels."""
-    return bool(np.hypot(np.ptp(north), np.ptp(east)) > 30)
-
-
-def _position_outages(seen: View) -> list[tuple[float, float]]:
-    fixes = seen.aids.get("position")
-    return [] if fixes is None else outages(fixes.t_s, float(seen.t_s[-1]))
 
 
 def _heights(seen: View) -> go.Figure:
@@ -148,12 +127,9 @@ def _heading(seen: View) -> go.Figure:
     run = seen.run
     heading, sigma = np.degrees(run.heading_rad) % 360, np.degrees(run.sigma_rotation_rad[:, 2])
     figure = go.Figure()
-    x, y = circle_band(seen.t_s, heading, np.minimum(3 * sigma, 180))
-    figure.add_trace(
-        go.Scatter(
-            x=small(x), y=small(y), fill="toself", mode="none", name="±3σ", fillcolor=translucent(BLUE, 0.18), hoverinfo="skip"
-        )
-    )
+    x, y = map(small, circle_band(seen.t_s, heading, np.minimum(3 * sigma, 180)))
+    filled = dict(fill="toself", fillcolor=translucent(BLUE, 0.18))
+    figure.add_trace(go.Scatter(x=x, y=y, mode="none", name="±3σ", hoverinfo="skip", **filled))
     figure.add_trace(circle_line(seen.t_s, heading, BLUE, "heading", True))
     share = run.heading_second[:, 1]
     second = np.flatnonzero(share > 0.01)
@@ -202,15 +178,8 @@ def _known(seen: View) -> go.Figure:
         if kind in seen.aids:
             names.append(f"no {kind}")
             _bars(figure, f"no {kind}", "no fix", VERMILION, outages(seen.aids[kind].t_s, float(seen.t_s[-1])))
-    figure.update_yaxes(categoryorder="array", categoryarray=names[::-1], showgrid=False)
-    figure.update_xaxes(title_text="time / s", range=[0, float(seen.t_s[-1])])
-    figure.update_layout(
-        barmode="overlay",
-        bargap=0.25,
-        showlegend=False,
-        height=110 + BAR_PX * len(names),
-        uniformtext=dict(minsize=10, mode="hide"),
-    )
+    lay_out_bars(figure, names, 110 + BAR_PX * len(names))
+    figure.update_layout(showlegend=False)
     return figure
 
 
@@ -223,11 +192,9 @@ def spans_of(t_s: Array, flags: BoolArray) -> list[tuple[float, float]]:
 def _bars(figure: go.Figure, row: str, text: str, colour: str, spans: Sequence[tuple[float, float]]) -> None:
     """A row without spans is shown too."""
     begins, ends = np.array(spans or [(0.0, 0.0)]).T
-    figure.add_trace(go.Bar(
-        base=begins, x=ends - begins, y=[row] * len(begins), orientation="h", marker=dict(color=colour, line=dict(width=0)),
-        text=text if spans else "", textposition="inside", insidetextanchor="start", textangle=0, customdata=ends,
-        hovertemplate=f"{text}, %{{base:.1f}} to %{{customdata:.1f}} s<extra>{row}</extra>",
-    ))  # fmt: skip
+    drawn = bars(row, text, colour, begins, ends, 1)
+    drawn.text = text if spans else ""
+    figure.add_trace(drawn)
 
 
 def _sigmas(seen: View) -> go.Figure:
@@ -246,9 +213,8 @@ def _sigmas(seen: View) -> go.Figure:
 
 def _biases(seen: View) -> go.Figure:
     run, figure = seen.run, grid_of(2, 1)
-    for row, (title, bias) in enumerate(
-        (("gyroscope / (deg/s)", np.degrees(run.gyro_bias_rad_s)), ("accelerometer / (m/s²)", run.accel_bias_m_s2)), 1
-    ):
+    rows = {"gyroscope / (deg/s)": np.degrees(run.gyro_bias_rad_s), "accelerometer / (m/s²)": run.accel_bias_m_s2}
+    for row, (title, bias) in enumerate(rows.items(), 1):
         for axis, (name, colour) in enumerate(zip("xyz", AXIS_COLOURS)):
             figure.add_trace(line(seen.t_s, bias[:, axis], colour, name, row == 1), row, 1)
         figure.update_yaxes(title_text=title, row=row)

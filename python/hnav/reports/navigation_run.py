@@ -28,28 +28,19 @@ def view_of(run: Run) -> View:
     name = seen.name
 
     def shown(variable: str, size: int) -> Array:
-        values: Array = np.where(seen.known[:, None], run.vector(name, variable, size), np.nan)
-        return values
+        return np.where(seen.known[:, None], run.vector(name, variable, size), np.nan)
 
     place = np.where(seen.known[:, None], np.column_stack([run[f"{name}.nav.{part}"] for part in PLACE]), np.nan)
     of_place = np.flatnonzero(seen.known)
     result = InsRun(
-        t_s=run.t_s,
-        place=place,
-        velocity_n_m_s=shown("nav.velocity", 3),
-        q_nb=shown("att.q", 4),
-        sigma_position_m=shown("nav.sigma_position", 3),
-        sigma_velocity_m_s=shown("nav.sigma_velocity", 3),
-        sigma_rotation_rad=shown("att.sigma", 3),
-        gyro_bias_rad_s=shown("bias.gyro", 3),
-        accel_bias_m_s2=shown("bias.accel", 3),
+        t_s=run.t_s, place=place, velocity_n_m_s=shown("nav.velocity", 3), q_nb=shown("att.q", 4),
+        sigma_position_m=shown("nav.sigma_position", 3), sigma_velocity_m_s=shown("nav.sigma_velocity", 3),
+        sigma_rotation_rad=shown("att.sigma", 3), gyro_bias_rad_s=shown("bias.gyro", 3), accel_bias_m_s2=shown("bias.accel", 3),
         heading_second=np.column_stack([run[f"{name}.align.heading_second{end}"] for end in ("", "_share")]),
-        protection_m=shown("nav.protection", 2),
-        protection_heading_rad=run[f"{name}.att.heading_protection"],
-        phase=run[f"{name}.align.phase"].astype(np.uint8),
+        protection_m=shown("nav.protection", 2), protection_heading_rad=run[f"{name}.att.heading_protection"],
+        phase=run[f"{name}.align.phase"].astype(np.uint8), at_rest=run[f"{name}.rest.detected"] > 0.5,
         ready=np.column_stack([run[f"{name}.align.{what}_ready"] > 0.5 for what in READY]),
-        at_rest=run[f"{name}.rest.detected"] > 0.5,
-    )
+    )  # fmt: skip
     return View(result, run.t_s - run.t_s[0], _fixes(run), place[of_place[0]] if len(of_place) else np.full(3, np.nan))
 
 
@@ -107,8 +98,7 @@ def _limits(filters: list[Navigator]) -> Array:
         np.nanmax(np.maximum(np.abs(o), 3.3 * s)[seen.ready_row or -1 :], axis=0, initial=1e-3)
         for seen, o, s in zip(filters, off, sigma)
     ]
-    limits: Array = np.max(largest, axis=0)
-    return limits
+    return np.asarray(np.max(largest, axis=0))
 
 
 def summary_rows(run: Run) -> list[tuple[str, str]]:
@@ -117,12 +107,10 @@ def summary_rows(run: Run) -> list[tuple[str, str]]:
     for seen in navigators(run):
         found = seen.figures
         ready = f"after {seen.ready_s:.3g} s" if np.isfinite(seen.ready_s) else "never"
+        at_end = f"{found['heading_end_deg']:.3g} deg off, sigma {found['heading_end_sigma_deg']:.3g} deg"
         rows += [
             (f"{seen.name}: heading ready", ready + (", falsely" if seen.is_false else "")),
-            (
-                f"{seen.name}: heading at the end",
-                f"{found['heading_end_deg']:.3g} deg off, sigma {found['heading_end_sigma_deg']:.3g} deg",
-            ),
+            (f"{seen.name}: heading at the end", at_end),
             (f"{seen.name}: place at the end", f"{found['position_end_m']:.3g} m off"),
         ]
         if np.isfinite(found["position_worst_m"]):

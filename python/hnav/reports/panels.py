@@ -164,6 +164,21 @@ def dots(t_s: np.ndarray, values: np.ndarray, colour: str, name: str, shown: boo
                       marker=dict(color=colour, size=2.6, opacity=0.55))  # fmt: skip
 
 
+def bars(row: str, text: str, colour: str, begins: np.ndarray, ends: np.ndarray, decimals: int, **style: Any) -> go.Bar:
+    """Bars over time on a row of its own, each with its text; the pointer shows begin and end with so many decimals."""
+    shown = f"{text}, %{{base:.{decimals}f}} to %{{customdata:.{decimals}f}} s<extra>{row}</extra>"
+    return go.Bar(base=begins, x=ends - begins, y=[row] * len(begins), orientation="h", marker=dict(color=colour, line=dict(width=0)),
+                  text=text, textposition="inside", insidetextanchor="start", textangle=0, customdata=ends, hovertemplate=shown,
+                  **style)  # fmt: skip
+
+
+def lay_out_bars(figure: go.Figure, rows: Sequence[str], height: float) -> None:
+    """The axes of bars: these rows from top to bottom."""
+    figure.update_yaxes(categoryorder="array", categoryarray=rows[::-1], showgrid=False)
+    figure.update_xaxes(title_text="time / s")
+    figure.update_layout(barmode="overlay", bargap=0.25, height=height, uniformtext=dict(minsize=10, mode="hide"))
+
+
 def seen_from_above(figure: go.Figure, right: str = "east / m", up: str = "north / m") -> None:
     """Makes a figure of places in m a map: equal scales, a scale bar, and a dot on each trace whose customdata are times (cursor.js)."""
     figure.update_xaxes(title_text=right, constrain="domain")

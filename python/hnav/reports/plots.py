@@ -17,7 +17,6 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes as Axes
 from matplotlib.figure import Figure as Figure
-from matplotlib.ticker import FuncFormatter
 
 from hnav.errors import HnavValueError
 from hnav.filters.filter_answers import HEALTH_SENSORS
@@ -119,14 +118,8 @@ def draw_attitude(
         if others is not None:
             # Rows without a reference would break the line into invisible points.
             known = np.isfinite(others[:, column])
-            axes.plot(
-                t_s[known],
-                others[known, column],
-                color="black",
-                lw=0.8,
-                ls=(0, (4, 2)),
-                label=reference if column == len(names) - 1 else None,
-            )
+            label = reference if column == len(names) - 1 else None
+            axes.plot(t_s[known], others[known, column], color="black", lw=0.8, ls=(0, (4, 2)), label=label)
     axes.set_ylabel("angle / deg" if as_euler else "quaternion / 1")
     legend_above(axes)
     return "roll, pitch, yaw" if as_euler else "quaternion"
@@ -154,15 +147,8 @@ def draw_error_band(
 
     one_sided: the error is a length, the band begins at zero.
     """
-    axes.fill_between(
-        t_s,
-        0.0 if one_sided else -times * sigma_deg,
-        times * sigma_deg,
-        color=colour,
-        alpha=0.16,
-        lw=0,
-        label=f"{'' if one_sided else '±'}{times:g}σ stated by the filter",
-    )
+    low, label = 0.0 if one_sided else -times * sigma_deg, f"{'' if one_sided else '±'}{times:g}σ stated by the filter"
+    axes.fill_between(t_s, low, times * sigma_deg, color=colour, alpha=0.16, lw=0, label=label)
     known = np.isfinite(error_deg)
     axes.plot(t_s[known], error_deg[known], color=colour, lw=1.1, label=name)
     if not one_sided:
@@ -177,8 +163,8 @@ def draw_sigma(axes: Axes, t_s: np.ndarray, sigma_deg: np.ndarray, names: Sequen
     for column, (name, colour) in enumerate(zip(names, AXIS_COLOURS)):
         axes.plot(t_s, sigma_deg[:, column], color=colour, label=name)
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter("{x:g}")
     axes.set_ylabel("σ / deg")
     legend_above(axes)
 

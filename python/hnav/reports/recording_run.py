@@ -92,5 +92,4 @@ def compare(t_s: np.ndarray, q_nb: np.ndarray, reference_q_nb: np.ndarray) -> Co
 
 def tilt_sigma_deg(result: Run) -> np.ndarray:
     """Standard deviation of the inclination: both horizontal axes together."""
-    tilt: np.ndarray = np.degrees(np.hypot(result.sigma_rad[:, 0], result.sigma_rad[:, 1]))
-    return tilt
+    return np.asarray(np.degrees(np.hypot(result.sigma_rad[:, 0], result.sigma_rad[:, 1])))

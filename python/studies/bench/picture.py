@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import NullFormatter
 
 from hnav.reports import colours, plots
 from studies.bench.contenders import Contender
@@ -108,7 +108,7 @@ def _draw_times(axes: plots.Axes, lines: Sequence[Any], place: np.ndarray, ours:
         plots.legend_above(axes)
     axes.set_xscale("log")
     axes.set_xlim(low, high)
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("time per IMU sample / µs (median)")
     axes.set_title("Cost")
