@@ -15,7 +15,8 @@ import pandas as pd
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say
+from hnav.cli.console import say
+from hnav.cli.console import tracked as tracked
 from hnav.cli.words import UsageError, answer
 from hnav.io.outputs import write_files
 
@@ -51,12 +52,6 @@ def check_choices(option: str, chosen: Iterable[str | None], known: Collection[s
     for name in chosen:
         if name is not None and name not in known:
             raise UsageError(f"{option} {name}: choose from {', '.join(known)}")
-
-
-def tracked(items: Iterable[Item], what: str, total: float | None = None) -> Iterator[Item]:
-    """Each of the items, beside a bar that says how many there were. total: where the items have no length."""
-    with bar() as progress:
-        yield from progress.track(items, total, description=what)
 
 
 def titled_table(title: str, names: str, figures: str = "", rows: Iterable[Iterable[str]] = (), **style: Any) -> Table:

@@ -34,7 +34,7 @@ def command(
     reading, corrected = wanted.reading, wanted.corrected()
     frame = {"navigation_frame": wanted.frame} if wanted.frame else {}
     Options(wanted.filter, wanted.preset, **{**frame, **wanted.settings})  # refuses what hnav filter refuses
-    data = with_aids(reading.beside(gnss).read(recording), {} if gnss is None else reading.read_aids(gnss))
+    data = with_aids(reading.beside(gnss).read(recording), reading.read_aids(gnss))
     data = data if corrected is None else corrected(data)
     say(repr(data))
     for note in data.origin.notes if data.origin else ():

@@ -5,7 +5,6 @@ of a filter on all trials of a folder.
 from __future__ import annotations
 
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +13,7 @@ import typer
 from rich.table import Table
 
 from hnav.cli.completion import among
-from hnav.cli.console import say, show, working
+from hnav.cli.console import load_pages, say, show, working
 from hnav.cli.parameters import Engine, Preset, Settings, Smooth, Strict, page_option, parse_settings
 from hnav.cli.recordings import Reading
 from hnav.cli.wanted import Wanted
@@ -81,14 +80,10 @@ def compare_files(
 ) -> None:
     """Prints the errors of each file. Raises HnavError."""
     refuse_overwriting([report, json_file], [reference, *others])
-    if report is not None:
-        # Plotly takes a while to load; the page says so where it is missing.
-        import_module("hnav.reports.page")
+    load_pages(report)
     with working(f"{len(others)} against {reference.name}"):
-        true = read_trajectory(reference)
-        found = [
-            compare(true, read_trajectory(other), [part for part in align.split(",") if part], delta, begin) for other in others
-        ]
+        true, wanted = read_trajectory(reference), [part for part in align.split(",") if part]
+        found = [compare(true, read_trajectory(other), wanted, delta, begin) for other in others]
     show(figures_table(found))
     for one in found:
         for name, result in one.found.items():
@@ -119,9 +114,8 @@ def figures_of(found: list[Comparison]) -> dict[str, dict[str, object]]:
 
 def figures_table(found: list[Comparison]) -> Table:
     """A row for each file and quantity."""
-    table = Table(
-        "file", "error", "rms", "median", "worst", "NEES / axis", title=f"against {found[0].reference.name}", title_justify="left"
-    )
+    heads = ("file", "error", "rms", "median", "worst", "NEES / axis")
+    table = Table(*heads, title=f"against {found[0].reference.name}", title_justify="left")
     for one in found:
         for figure in one.figures:
             sizes = (f"{value:.4g} {figure.unit}" for value in (figure.rms, figure.median, figure.worst))

@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from hnav.cli import navigation
-from hnav.cli.console import bar, say
+from hnav.cli.console import bar, counting, say, written
 from hnav.cli.parameters import Engine, Force, Gnss, Outages, Scheduler, Smooth, Strict, TruthFile, Workers, page_option
 from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_groups, z_points_up
 from hnav.cli.wanted import Choice, Wanted
@@ -111,12 +111,11 @@ def filter_one(recording: Path, out: Path | None, report: Path | None, wanted: W
         navigation.refuse(engine=wanted.engine != "c", step=wanted.step, frame=wanted.frame not in (None, "ned"))
         return navigate(recording, out, report, wanted)
     if out is not None and out.suffix.lower() == GPX:
-        raise UsageError(
-            f"--out {out}: attitude filters have no track: add --filter {navigation.NAME}, or write .csv, .parquet or .tum"
-        )
+        cure = f"add --filter {navigation.NAME}, or write .csv, .parquet or .tum"
+        raise UsageError(f"--out {out}: attitude filters have no track: {cure}")
     navigation.refuse_of_ins(gnss=wanted.gnss, truth=wanted.truth, outages=wanted.outages)
     engine, step, smooth = wanted.engine, wanted.step, wanted.smooth
-    corrected, made = wanted.corrected(), made_of(recording, wanted)
+    corrected, made = wanted.corrected(), wanted.made_of(recording)
     whole = report or smooth or engine != "c" or step  # a page, smoothing, and an FMU need all rows at once
     table = None if whole else reading.long_table(recording, corrected)
     if table is not None and out is not None:
@@ -147,9 +146,8 @@ def with_frame(frame: str | None, settings: Mapping[str, str], data: Recording) 
     if frame is not None or "navigation_frame" in settings:
         return {"navigation_frame": frame or "ned", **settings}, []
     if data.origin is not None and data.origin.format in Z_UP:
-        return {**settings, "navigation_frame": "enu"}, [
-            "attitude to east, north, up, as telephones have it; --frame ned for the other"
-        ]
+        note = ["attitude to east, north, up, as telephones have it; --frame ned for the other"]
+        return {**settings, "navigation_frame": "enu"}, note
     mounted = "q_body_sensor" in settings  # as stated, it may well be level
     note = [f"{Z_POINTS_UP}: --frame enu has it level"] if z_points_up(data) and not mounted else []
     return {**settings, "navigation_frame": "ned"}, note
@@ -206,7 +204,9 @@ def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]
 
 
 def print_outcome(outcome: Outcome, engine: str, out: Path | None, report: Path | None, note: list[str]) -> None:
-    say(summary(outcome, engine, " and ".join(str(file) for file in (out, report) if file is not None)))
+    """Rows, time and counts in one line, and what the user may change."""
+    counts = ", ".join(f"{name} {n}" for name, n in outcome.counts.items() if n)
+    say(f"{outcome.rows} rows to {written(out, report)}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}")
     for line in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts), *note]:
         say(line)
 
@@ -215,12 +215,7 @@ def filtered(
     data: Recording, filter: str, engine: str, settings: dict[str, str], preset: str, step: float | None, smooth: bool
 ) -> Result:
     """Runs the filter with a progress bar."""
-    with bar() as progress:
-        task = progress.add_task(data.name, total=len(data.t_s))
-
-        def show(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
+    with counting(data.name, len(data.t_s)) as show:
         return run_recording(data, filter, engine, settings, preset, step, show, smooth)
 
 
@@ -231,18 +226,6 @@ def write_page(file: Path, result: Result, data: Recording, warnings: list[str])
     from hnav.reports.recording_run import recording_run
 
     return write_recording_report(recording_run(result, data, warnings), file)
-
-
-def summary(outcome: Outcome, engine: str, written: str) -> str:
-    """One line about rows, time and findings."""
-    counts = ", ".join(f"{name} {n}" for name, n in outcome.counts.items() if n)
-    return f"{outcome.rows} rows to {written}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}"
-
-
-def made_of(recording: Path, wanted: Wanted) -> list[str]:
-    """The sources in the head of a table, besides filter and options."""
-    of_recording, *more = wanted.made_of(recording)
-    return [of_recording, f"engine {wanted.engine}", *([navigation.SMOOTHED] if wanted.smooth else []), *more]
 
 
 def warnings(found: list[Finding]) -> list[str]:

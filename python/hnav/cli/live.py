@@ -31,14 +31,10 @@ from hnav.native.arrays import Array
 from hnav.reports.live_page import INTERVAL_S, LOCAL, PORT, LivePage
 
 WAIT_S = 0.1
-STALL_S = 2.0
-"""Seconds without a line after which a source has stalled."""
-GAP_S = 0.1
-"""Interval in s between two rows above which a gap is counted."""
-CHECK_S = 5.0
-"""Seconds of samples that are checked for implausible units, axes and signs."""
-RATE_S = 1.0
-"""Averaging time of the displayed sample rates in s."""
+STALL_S = 2.0  # without a line, after which a source has stalled
+GAP_S = 0.1  # between two rows; a longer interval counts as a gap
+CHECK_S = 5.0  # of samples that are checked for implausible units, axes and signs
+RATE_S = 1.0  # that the displayed sample rates are averaged over
 LAST_NOTES = 6
 NOTHING = "warning: no line had samples of a gyroscope and an accelerometer"
 
@@ -78,7 +74,7 @@ def command(
         live = Live(LiveLines(reading.wishes(), aids=filter == INS), estimator, corrected, wanted.reading)
         live_source = LiveSource.named(source, baud, aids=filter == INS)
         if to is not None:
-            live.estimates.append(opened.enter_context(Sender(to)).send)
+            live.estimates.append(opened.enter_context(sent_to(to)))
         elif not (page and sys.stdout.isatty()):
             live.estimates.append(print_lines)
         if page:
@@ -87,7 +83,7 @@ def command(
             if host != LOCAL:
                 warn([f"warning: --host {host}: whoever reaches this machine can see the page"])
         if record is not None:
-            live.outputs.append(opened.enter_context(Record(record, live.lines.columns)).write)
+            live.outputs.append(opened.enter_context(recorded_to(record, live.lines.columns)))
         opened.enter_context(live_source)
         try:
             with ended_by_signals() as ended:
@@ -165,13 +161,10 @@ class Live:
         now_s = time.monotonic()
         self._arrivals = [one for one in self._arrivals if one[0] > now_s - RATE_S]
         rates = {name: sum(counts[name] for _, counts in self._arrivals) / RATE_S for name in self._newest["health"]}
-        state = {
-            "age_ms": 1e3 * (now_s - self._newest_arrived_s),
-            "rates": rates,
-            "counts": self.counted(source),
-            "notes": self._notes,
-        }
-        self.page.show({**self._newest, **state, "stalled": stalled_s if stalled_s > STALL_S else 0})
+        self.page.show({
+            **self._newest, "age_ms": 1e3 * (now_s - self._newest_arrived_s), "rates": rates, "counts": self.counted(source),
+            "notes": self._notes, "stalled": stalled_s if stalled_s > STALL_S else 0,
+        })  # fmt: skip
 
     def end(self) -> None:
         """Waits for a running check: the interpreter must not end while a thread is inside a C++ library."""
@@ -180,13 +173,7 @@ class Live:
 
     def counted(self, source: LiveSource) -> dict[str, int]:
         """Counts of rows and samples that arrived, were lost or were changed."""
-        shown = {
-            "lines": 0,
-            "rows": 0,
-            **self.lines.counts,
-            source.LOSS: source.dropped,
-            "opened": source.connections,
-        }
+        shown = {"lines": 0, "rows": 0, **self.lines.counts, source.LOSS: source.dropped, "opened": source.connections}
         return {name: n for name, n in shown.items() if n or name in ("lines", "rows")}
 
     def _check(self, rows: Array) -> None:
@@ -254,8 +241,7 @@ class Watch:
 
     def __init__(self, live: Live, source: LiveSource):
         self._live, self._source = live, source
-        self.arrived_s = time.monotonic()
-        """Of the newest bytes."""
+        self.arrived_s = time.monotonic()  # of the newest bytes
         self._stalled, self._failure, self._connections, self._dropped = False, "", 0, 0
 
     def see(self, chunks: Sequence[Chunk]) -> None:
@@ -297,47 +283,37 @@ def print_lines(lines: list[str]) -> None:
     sys.stdout.flush()
 
 
-class Record:
-    """A new table of samples in SI units, written row by row: written rows are kept, however the session ends."""
+@contextmanager
+def recorded_to(path: Path, columns: Sequence[str]) -> Iterator[Callable[[Array], None]]:
+    """What writes rows of samples into a new table in SI units, at once: written rows are kept, however the session ends."""
+    try:
+        file = path.open("x", encoding="utf-8")
+    except FileExistsError:
+        raise UsageError(f"--record {path}: it exists already: name a new file") from None
 
-    def __init__(self, path: Path, columns: Sequence[str]):
-        try:
-            self._file = path.open("x", encoding="utf-8")
-        except FileExistsError:
-            raise UsageError(f"--record {path}: it exists already: name a new file") from None
-        self._file.write(",".join(columns) + "\n")
-
-    def __enter__(self) -> Record:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def write(self, rows: Array) -> None:
+    def write(rows: Array) -> None:
         """Numbers in full, empty where there is none."""
         text = "\n".join([",".join(map(repr, row)) for row in rows.tolist()])
-        self._file.write(text.replace("nan", "") + "\n")
-        self._file.flush()
+        file.write(text.replace("nan", "") + "\n")
+        file.flush()
+
+    with file:
+        file.write(",".join(columns) + "\n")
+        yield write
 
 
-class Sender:
-    """Lines as datagrams."""
+@contextmanager
+def sent_to(url: str) -> Iterator[Callable[[list[str]], None]]:
+    """What sends lines, each as a datagram."""
+    if not url.startswith("udp://"):
+        raise UsageError(f"--to {url}: write udp://HOST:PORT")
+    host, port = address_of(url)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+        out.connect((host or LOCAL, port))
 
-    def __init__(self, url: str):
-        if not url.startswith("udp://"):
-            raise UsageError(f"--to {url}: write udp://HOST:PORT")
-        host, port = address_of(url)
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.connect((host or LOCAL, port))
+        def send(lines: list[str]) -> None:
+            for line in lines:
+                with suppress(ConnectionRefusedError):  # the receiver may start later
+                    out.send(line.encode())
 
-    def __enter__(self) -> Sender:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._socket.close()
-
-    def send(self, lines: list[str]) -> None:
-        """A datagram for each."""
-        for line in lines:
-            with suppress(ConnectionRefusedError):  # the receiver may start later
-                self._socket.send(line.encode())
+        yield send

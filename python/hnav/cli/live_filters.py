@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,36 +32,37 @@ AIDS = {name: Column(name, name, place) for place, name in enumerate(AID_COLUMNS
 Table = Mapping[str, np.ndarray]
 
 
-class LiveFilter(Protocol):
+class LiveFilter(ABC):
     """A filter over arriving rows."""
 
     def recording(self, rows: Array) -> Recording:
-        """Rows in the format of LiveLines."""
+        """Rows in the format of LiveLines: times, rates, forces, fields."""
+        return Recording("live", rows[:, 0].copy(), *(np.ascontiguousarray(rows[:, begin : begin + 3]) for begin in (1, 4, 7)))
 
+    @abstractmethod
     def go_on(self, recording: Recording) -> Table:
         """The columns of the estimates for these rows. Raises HnavError and UsageError."""
 
+    @abstractmethod
     def state(self, table: Table) -> dict[str, Any]:
         """State of the newest row, for the page."""
 
     def samples(self, recording: Recording) -> dict[str, int]:
         """Sample counts of each sensor whose health is shown."""
+        return {sensor: len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS}
 
     def findings(self, found: list[Finding]) -> list[Finding]:
         """Findings that are relevant to the filter."""
+        return found
 
     def warnings(self) -> list[str]:
         """Lines at the end of the session."""
+        return []
 
 
 def live_filter(options: Options) -> LiveFilter:
     """Raises HnavError for impossible options."""
     return _Navigation(options) if options.filter == "ins" else _Attitude(options)
-
-
-def recording_of_rows(rows: Array) -> Recording:
-    """n x 10: times, rates, forces, fields."""
-    return Recording("live", rows[:, 0].copy(), *(np.ascontiguousarray(rows[:, begin : begin + 3]) for begin in (1, 4, 7)))
 
 
 def newest_of(table: Table) -> tuple[dict[str, float], bool]:
@@ -73,13 +76,10 @@ def shown_of(last: Mapping[str, float], known: bool) -> dict[str, Any]:
     return {"t_s": last["t_s"], "q": [last[f"q{i}"] for i in range(4)] if known else None}
 
 
-class _Attitude:
+class _Attitude(LiveFilter):
     def __init__(self, options: Options):
         self._library = LibraryRun(options)
         self._run: Run | None = None
-
-    def recording(self, rows: Array) -> Recording:
-        return recording_of_rows(rows)
 
     def go_on(self, recording: Recording) -> Table:
         self._run = self._library.go_on(recording)
@@ -95,17 +95,8 @@ class _Attitude:
             "health": {name: SENSOR_STATES[state] for name, state in zip(HEALTH_SENSORS, self._run.health[-1])},
         }  # fmt: skip
 
-    def samples(self, recording: Recording) -> dict[str, int]:
-        return {sensor: len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS}
 
-    def findings(self, found: list[Finding]) -> list[Finding]:
-        return found
-
-    def warnings(self) -> list[str]:
-        return []
-
-
-class _Navigation:
+class _Navigation(LiveFilter):
     def __init__(self, options: Options):
         self._options, self._summary = options, Outcome()
         self._ran: NavigationRun | None = None
@@ -114,10 +105,9 @@ class _Navigation:
         """Sensors to show: a sensor that no source has is not reported as missing."""
 
     def recording(self, rows: Array) -> Recording:
-        made = recording_of_rows(rows)
+        made = super().recording(rows)
         values = {name: rows[:, len(CSV_COLUMNS) + column.place] for name, column in AIDS.items()}
-        aids = {kind: one for kind, one in aids_in(AIDS, values, made.t_s).items() if len(one.t_s)}
-        return Recording(made.name, made.t_s, made.rate_b_rad_s, made.force_b_m_s2, made.field_b_tesla, aids=aids)
+        return replace(made, aids={kind: one for kind, one in aids_in(AIDS, values, made.t_s).items() if len(one.t_s)})
 
     def go_on(self, recording: Recording) -> Table:
         if self._ran is None:
@@ -145,7 +135,7 @@ class _Navigation:
 
     def samples(self, recording: Recording) -> dict[str, int]:
         of_aids = {kind: len(recording.aids[kind].t_s) if kind in recording.aids else 0 for kind in AIDING}
-        made = {sensor: len(recording.samples(sensor)[0]) for sensor in HEALTH_SENSORS} | of_aids
+        made = super().samples(recording) | of_aids
         self._seen |= {sensor for sensor, n in made.items() if n}
         return made
 

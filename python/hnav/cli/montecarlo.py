@@ -10,7 +10,7 @@ import pandas as pd
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import counting, say, show
 from hnav.cli.parameters import (
     AllowOutside,
     Grade,
@@ -86,10 +86,9 @@ def run_and_keep(work: Sequence[Job], kept: RecordFile, workers: int, scheduler:
     """The rows of all runs. Raises Interrupted when the user interrupts them; those that are finished stay in the file."""
     if kept.records:
         say(f"{len(kept.records)} of {len(work)} runs are finished, in {kept.path}")
-    with bar() as progress:
-        task = progress.add_task(work[0].system, total=len(work))
+    with counting(work[0].system, len(work)) as progress:
         try:
-            return run_jobs(work, workers, scheduler, lambda done, total: progress.update(task, completed=done), kept)
+            return run_jobs(work, workers, scheduler, progress, kept)
         except KeyboardInterrupt:
             outcome = f"interrupted; {len(kept.records)} of {len(work)} runs are in {kept.path}"
             raise Interrupted(f"{outcome}, and the same command goes on from there") from None
@@ -102,9 +101,8 @@ def means_table(runs: pd.DataFrame) -> Table:
     """
     times = [name for name in runs.columns if name.startswith("nees_") and runs[name].notna().any()]
     heads = ["scenario", "filter", "runs", "MSE / deg2", "MSE down / deg2", "first / this", "mean NEES"]
-    table = Table(
-        *heads, *(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s", title="means over the runs [95 % interval]"
-    )
+    heads += [*(f"at {name[5:-1]} s" for name in times), "99.9 %", "ready / s"]
+    table = Table(*heads, title="means over the runs [95 % interval]")
     for scenario, of_scenario in runs.groupby("scenario", sort=False):
         first = None
         for name, rows in of_scenario.groupby("filter", sort=False):

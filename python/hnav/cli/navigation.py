@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 
-from hnav.cli.console import bar, say, working
-from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, z_points_up
+from hnav.cli.console import bar, load_pages, say, working, written
+from hnav.cli.recordings import Z_POINTS_UP, lines_of, read_as, warn, warnings_of, z_points_up
 from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.ins_aids import AIDS
@@ -29,17 +28,11 @@ from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 
 NAME = INS
-SMOOTHED = "smoothed: every row from all samples, before and after it"
 ROWS = 20_000  # between two steps of the progress bar
 LEVELLED = "--set q_body_sensor=0,1,0,0"
 PAIRED = "gyroscope and accelerometer come in lines of their own, and live the INS needs both in one: record the samples, and filter the file"
 # A finding about recordings for attitude filters only: the INS does not need a magnetometer.
 OF_THE_FIELD = "mag"
-
-
-def options_of(preset: str, settings: Mapping[str, str]) -> Options:
-    """Raises HnavError for impossible ones."""
-    return Options("ins", preset, **settings)
 
 
 @dataclass
@@ -60,9 +53,8 @@ class Outcome:
             self.begin_s, self.ready_s = float(run.t_s[0]), np.full(len(READY), np.nan)
             self.reached = np.full(len(READY), np.inf)
         assert self.ready_s is not None and self.reached is not None, "they are made with the first rows"
-        self.reached = np.minimum(
-            self.reached, smallest(sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m))
-        )
+        of_rows = sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m)
+        self.reached = np.minimum(self.reached, smallest(of_rows))
         for i, flags in enumerate(run.ready.T):
             if np.isnan(self.ready_s[i]) and flags.any():
                 self.ready_s[i] = run.t_s[np.argmax(flags)] - self.begin_s
@@ -95,13 +87,10 @@ def refuse_of_ins(**given: object) -> None:
 def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wanted) -> str:
     """hnav filter --filter ins; what the recording was read as. Raises HnavError or UsageError."""
     refuse_overwriting([out, report], [recording, wanted.gnss, wanted.sensor])
-    options, given = options_of(wanted.preset, wanted.settings), aids_given(wanted.gnss, wanted.reading)
-    table = (
-        None
-        if report or out is None or wanted.smooth
-        else wanted.reading.beside(wanted.gnss).long_table(recording, wanted.corrected())
-    )
-    made = made_by(recording, wanted)
+    options, given = Options(INS, wanted.preset, **wanted.settings), wanted.reading.read_aids(wanted.gnss)
+    table, made = None, wanted.made_of(recording)
+    if out is not None and report is None and not wanted.smooth:
+        table = wanted.reading.beside(wanted.gnss).long_table(recording, wanted.corrected())
     if table is not None and out is not None and (run := run_of_pieces(table, options, given)):
         first = with_aids(next(iter(table)), given)
         found = [*of_navigation(table.findings), *check_aids(first)]
@@ -118,12 +107,11 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
         if out is not None:
             write_out(out, parts, made, recording.stem)
         if report is not None:
-            # Plotly takes a while to load; the page says so where it is missing.
-            import_module("hnav.reports.page")
+            load_pages(report)
             from hnav.reports.navigation_page import write_navigation_report
 
             write_navigation_report(whole(parts), report, data, lines_of(found))
-    say(summary(outcome, run, " and ".join(str(file) for file in (out, report) if file is not None)))
+    say(summary(outcome, run, written(out, report)))
     warn([*warnings, *of_run(outcome, run)])
     return read
 
@@ -137,17 +125,6 @@ def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) ->
         write_tum(out, parts)
     else:
         write_gpx(out, parts, name)
-
-
-def made_by(recording: Path, wanted: Wanted) -> list[str]:
-    """The sources in the head of a table."""
-    of_recording, *more = wanted.made_of(recording)
-    return [of_recording, *([f"satellites {wanted.gnss}"] if wanted.gnss else []), *([SMOOTHED] if wanted.smooth else []), *more]
-
-
-def aids_given(gnss: Path | None, reading: Reading) -> dict[str, AidSamples]:
-    """Aids of a separate file."""
-    return {} if gnss is None else reading.read_aids(gnss)
 
 
 def read_navigation(
@@ -225,11 +202,8 @@ class InMemory:
 
 def whole(parts: list[InsRun]) -> InsRun:
     """One run of several."""
-    arrays = {
-        name: np.concatenate([vars(part)[name] for part in parts])
-        for name, value in vars(parts[0]).items()
-        if isinstance(value, np.ndarray)
-    }
+    names = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
+    arrays = {name: np.concatenate([vars(part)[name] for part in parts]) for name in names}
     samples = InsSamples.joined([part.samples for part in parts if part.samples is not None])
     return InsRun(**arrays, options=parts[0].options, smoothed=parts[0].smoothed, samples=samples)
 
@@ -239,15 +213,12 @@ def of_navigation(found: list[Finding]) -> list[Finding]:
     return [finding for finding in found if finding.sensor != OF_THE_FIELD]
 
 
-def summary(outcome: Outcome, run: NavigationRun, written: str) -> str:
+def summary(outcome: Outcome, run: NavigationRun, files: str) -> str:
     """One line about rows, time, readiness and findings."""
     counts = ", ".join(f"{name} {n}" for name, n in run.counts.items() if n)
-    ready = (
-        []
-        if outcome.ready_s is None
-        else [f"{name} after {t:.3g} s" for name, t in zip(READY, outcome.ready_s) if np.isfinite(t)]
-    )
-    return f"{outcome.rows} rows to {written}; {run.us_per_sample:.2f} us/sample; {outcome.last}; ready: {', '.join(ready) or 'nothing'}; {counts}"
+    times = zip(READY, () if outcome.ready_s is None else outcome.ready_s)
+    ready = ", ".join(f"{name} after {t:.3g} s" for name, t in times if np.isfinite(t)) or "nothing"
+    return f"{outcome.rows} rows to {files}; {run.us_per_sample:.2f} us/sample; {outcome.last}; ready: {ready}; {counts}"
 
 
 def never(outcome: Outcome, run: NavigationRun, name: str) -> str:
@@ -260,19 +231,14 @@ def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
     """Warnings, one line each, with the remedy."""
     seen, lines = run.ins.diagnostics(), []
     if outcome.ready_s is None or not np.isfinite(outcome.ready_s).any():
-        phase = run.ins.navigation().phase
-        cause = (
-            "see whether satellites and rows have the same clock"
-            if seen.used["position"]
-            else "no position of satellites was used"
-        )
+        phase, cause = run.ins.navigation().phase, "no position of satellites was used"
+        if seen.used["position"]:
+            cause = "see whether satellites and rows have the same clock"
         tilt = "" if outcome.ready_s is None else f"; the tilt: {never(outcome, run, 'tilt')}"
         lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}{tilt}")
     elif np.isnan(outcome.ready_s[1]):
-        why = never(outcome, run, "heading")
-        lines.append(
-            f"warning: the heading was never ready: {why}; it needs curves, or braking and gaining speed, with satellites"
-        )
+        why = f"{never(outcome, run, 'heading')}; it needs curves, or braking and gaining speed, with satellites"
+        lines.append(f"warning: the heading was never ready: {why}")
     if seen.late:
         lines.append(f"warning: {seen.late} samples came too late: give a larger --set horizon_s=...")
     lines += [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +9,7 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import say, show, working
+from hnav.cli.console import load_pages, say, show, working, written
 from hnav.cli.parameters import page_option
 from hnav.cli.recordings import Reading, with_groups
 from hnav.filters.noise import ENTRIES, SensorNoise, figures, noise_of
@@ -33,9 +32,7 @@ def command(
     reading: Reading,
 ) -> None:
     refuse_overwriting([out, report], recordings)
-    if report is not None:
-        # Plotly takes a while to load; the page says so where it is missing.
-        import_module("hnav.reports.page")
+    load_pages(report)
     with working(f"{len(recordings)} recordings"):
         found = noise_of([reading.read(path) for path in recordings])
     called = name or recordings[0].stem
@@ -48,8 +45,8 @@ def command(
         from hnav.reports.noise_page import write_noise_report
 
         write_noise_report(found, called, report)
-    if written := [str(file) for file in (out, report) if file is not None]:
-        say(" and ".join(written))
+    if files := written(out, report):
+        say(files)
 
 
 def figures_table(found: dict[str, SensorNoise], title: str) -> Table:
@@ -70,7 +67,6 @@ def untold(found: dict[str, SensorNoise]) -> list[str]:
     for sensor, noise in found.items():
         missing = [entry.replace("_", " ") for term, (entry, _, _) in ENTRIES[sensor].items() if np.isnan(noise.terms[term].mean)]
         still = f"{sensor}: {noise.length_s:.4g} s at rest at {noise.rate_hz:.4g} Hz, tau to {noise.tau_s[-1]:.3g} s"
-        lines.append(
-            still + (f": too short for the {' and '.join(missing)} of each axis, of which < is an upper limit" if missing else "")
-        )
+        short = f": too short for the {' and '.join(missing)} of each axis, of which < is an upper limit" if missing else ""
+        lines.append(still + short)
     return lines

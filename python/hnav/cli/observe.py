@@ -12,9 +12,9 @@ import numpy as np
 import typer
 
 from hnav import __version__
-from hnav.cli.console import bar, say
-from hnav.cli.navigation import SMOOTHED
+from hnav.cli.console import bar, say, written
 from hnav.cli.parameters import page_option
+from hnav.cli.wanted import SMOOTHED
 from hnav.cli.watched import watched
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError, HnavValueError
@@ -86,7 +86,8 @@ def command(
 ) -> None:
     refuse(fmu, plan, data, tune or check, smooth, [out, report], export)
     refuse_overwriting([out, report, export], [fmu, plan, data])
-    watch(fmu)
+    if fmu.suffix != ".py":
+        watched(fmu.name, WHERE_IT_CRASHES)
     with faults_of(fmu):
         if plan is None:
             return describe_plant(fmu, prove)
@@ -144,19 +145,13 @@ def refuse(
     fmu: Path, plan: Path | None, data: Path | None, examined: bool, smooth: bool, files: list[Path | None], export: Path | None
 ) -> None:
     """Raises UsageError for incompatible options; examined: by --check or --tune, files: of estimates."""
-    written = any(file is not None for file in files)
-    if smooth and not written:
+    estimated = any(file is not None for file in files)
+    if smooth and not estimated:
         raise UsageError("--smooth belongs to --out or --report, which write the estimates")
-    if (data is not None) != (examined or written):
+    if (data is not None) != (examined or estimated):
         raise UsageError("--data belongs to --out, --report, --check or --tune: samples in, estimates or noises out")
     if plan is None and (data is not None or export is not None):
         raise UsageError(f"a plan is missing: hnav observe {fmu} prints one to start with, then give --plan FILE.toml")
-
-
-def watch(fmu: Path) -> None:
-    """Over a foreign binary."""
-    if fmu.suffix != ".py":
-        watched(fmu.name, WHERE_IT_CRASHES)
 
 
 def write_fmu(observer: Observer, path: Path, version: int, period_s: float, covariance: bool | None) -> None:
@@ -165,9 +160,8 @@ def write_fmu(observer: Observer, path: Path, version: int, period_s: float, cov
     say(f"{path}: FMI {version}, Co-Simulation and Model Exchange; {observer.plan.plant.name} and its licences are inside")  # type: ignore[union-attr]
     plan, first = observer.plan, observer.names[0]
     fed = ", ".join(f"{name}.value" for name in [*plan.sensors, *plan.inputs][:SHOWN])
-    say(
-        f"inputs {fed}, a sample each {period_s:g} s; parameters start.{first}, start_sigma.{first}; outputs est.{first}, sigma.{first}"
-    )
+    answers = f"parameters start.{first}, start_sigma.{first}; outputs est.{first}, sigma.{first}"
+    say(f"inputs {fed}, a sample each {period_s:g} s; {answers}")
     if lost:
         say(f"it does not run on {', '.join(lost)}, where the plant does: hnav has no binary for that")
 
@@ -218,7 +212,7 @@ def observe(observer: Observer, data: Path, smooth: bool, out: Path | None, repo
         say(one.sentence(t_s[0]))
     if len(found) > SHOWN:
         say(f"and {len(found) - SHOWN} more, on the page of --report")
-    say(f"{len(t_s)} rows to {' and '.join(str(file) for file in (out, report) if file is not None)}")
+    say(f"{len(t_s)} rows to {written(out, report)}")
     return run
 
 
@@ -227,10 +221,8 @@ def summary(run: ObserverRun) -> list[str]:
     lines = [f"{name} = {run.x[name][-1]:.6g} +- {run.sigma[name][-1]:.2g} at the end" for name in run.x] if len(run.t_s) else []
     lines += innovations(run) + unrelated(run)
     if run.has_events:
-        unclear = int((run.parts > 1).sum())
-        lines.append(
-            f"{run.plant_events[-1]:.0f} events of the plant; in {unclear} of {len(run.t_s)} rows one may have been or not"
-        )
+        unclear = f"in {int((run.parts > 1).sum())} of {len(run.t_s)} rows one may have been or not"
+        lines.append(f"{run.plant_events[-1]:.0f} events of the plant; {unclear}")
     return lines + run.dropped_in_words() + run.held_in_words()
 
 
@@ -265,12 +257,9 @@ def unrelated(run: ObserverRun) -> list[str]:
 
 def unmodelled_events(observer: Observer) -> list[str]:
     """Notes on events through which the covariance is not propagated."""
-    info, lines = observer.info(), []
-    if info.chattering:
-        lines.append(
-            f"{info.chattering} events came beyond the fiftieth of an interval: sigma does not go through them; smooth the plant there"
-        )
-    return lines
+    beyond = observer.info().chattering
+    cure = "sigma does not go through them; smooth the plant there"
+    return [f"{beyond} events came beyond the fiftieth of an interval: {cure}"] if beyond else []
 
 
 def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], ObserverRun]) -> list[str]:
@@ -278,10 +267,8 @@ def offset_sentences(run: ObserverRun, plan: Plan, follow: Callable[[Plan], Obse
     lines = []
     for name, offset in offsets(run, plan, follow).items():
         more = plan.sensors[name].own_offset - offset
-        direction = "more" if more > 0 else "less"
-        lines.append(
-            f"{name} reads {abs(more):.3g} {direction} than expected in the median: offset = {offset:.3g} in its table takes it away"
-        )
+        reads = f"{name} reads {abs(more):.3g} {'more' if more > 0 else 'less'} than expected in the median"
+        lines.append(f"{reads}: offset = {offset:.3g} in its table takes it away")
     return lines
 
 
@@ -330,9 +317,8 @@ def verdict_of(ahead_nis: float, predictions: int, correlation: float, mean_nis:
     if ahead_nis != ahead_nis:
         return "too few samples to say whether the model holds"
     white = f"innovations correlated by {correlation:.2f} and with a mean NIS of {mean_nis:.2f}"
-    smallest, largest = (
-        bound * chi2.ppf(p, predictions) / predictions for bound, p in zip(GOOD_AHEAD, (BY_CHANCE, 1 - BY_CHANCE))
-    )
+    by_chance = chi2.ppf((BY_CHANCE, 1 - BY_CHANCE), predictions) / predictions
+    smallest, largest = np.multiply(GOOD_AHEAD, by_chance)
     sized = GOOD_NIS[0] < mean_nis < GOOD_NIS[1] and smallest < ahead_nis < largest
     wrong = abs(correlation) > CORRELATED or not sized
     return f"mean NIS {ahead_nis:.2f}, {white}: {'the model is wrong, not only its noise' if wrong else 'the model holds'}"
@@ -395,9 +381,8 @@ def print_variables(fmu: ModelDescription) -> None:
     fixed = [v for v in parameters if v.variability == "fixed"]
     remark(f"{fmu.path.name}: {fmu.name}, FMI {fmu.fmi}, {len(fmu.states)} state{'s' * (len(fmu.states) > 1)}")
     if fmu.step_s:
-        remark(
-            "Co-Simulation only: sigma points pass through its steps; the time between samples has to be a multiple of its own step"
-        )
+        steps = "the time between samples has to be a multiple of its own step"
+        remark(f"Co-Simulation only: sigma points pass through its steps; {steps}")
     remark(f"states: {listed([state for state, _ in fmu.states])}")
     remark(f"sensors may be: {listed(candidates(fmu))}")
     remark(f"inputs: {listed([v for v in real if v.causality == 'input'])}")

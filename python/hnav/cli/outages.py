@@ -8,10 +8,11 @@ import numpy as np
 from rich.table import Table
 
 from hnav.cli.console import say, show, working
-from hnav.cli.navigation import aids_given, options_of, read_navigation
+from hnav.cli.navigation import read_navigation
 from hnav.cli.recordings import warn, warnings_of
-from hnav.cli.wanted import Wanted
+from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
+from hnav.filters.options import Options
 from hnav.io.trajectories import Trajectory, read_truth
 from hnav.reports.navigation_scores import NavigationScore, Outage, navigation_score
 
@@ -20,8 +21,8 @@ def print_errors(recording: Path, wanted: Wanted, warned: bool) -> None:
     """Prints both tables, by wanted.truth. warned: of the recording, already. Raises HnavError or UsageError."""
     assert wanted.truth is not None, "the caller checks this"
     lengths = lengths_of(wanted.outages)
-    options, true = options_of(wanted.preset, wanted.settings), read_truth(wanted.truth)
-    data, found = read_navigation(recording, aids_given(wanted.gnss, wanted.reading), options, wanted)
+    options, true = Options(INS, wanted.preset, **wanted.settings), read_truth(wanted.truth)
+    data, found = read_navigation(recording, wanted.reading.read_aids(wanted.gnss), options, wanted)
     warnings = warnings_of(recording, found, wanted.strict, wanted.force)
     with working(f"{data.name}: {len(lengths)} lengths of outages"):
         score = navigation_score(data, true, options, lengths, wanted.smooth)
@@ -64,18 +65,8 @@ def figures_table(found: NavigationScore, title: str) -> Table:
 
 def outages_table(outages: list[Outage]) -> Table:
     """A row for each length."""
-    heads = (
-        "without satellites",
-        "times",
-        "horizontal median",
-        "rms",
-        "worst",
-        "stated rms",
-        "vertical rms",
-        "heading rms",
-        "within 3 sigma",
-    )
-    table = Table(*heads, title="Position at the end of outages", title_justify="left")
+    heads = "without satellites, times, horizontal median, rms, worst, stated rms, vertical rms, heading rms, within 3 sigma"
+    table = Table(*heads.split(", "), title="Position at the end of outages", title_justify="left")
     for one in outages:
         if not len(one.horizontal_m):
             table.add_row(f"{one.length_s:g} s", "0", *7 * ["-"])

@@ -76,8 +76,10 @@ class Reading:
         """The pieces of a long table of text, corrected; None for a file that must be read as a whole. Raises HnavError."""
         return long_table(path, self.hemisphere, corrected, **self._arguments())
 
-    def read_aids(self, path: Path) -> dict[str, AidSamples]:
-        """Satellites, pressure and wheels of a file of their own. Raises HnavError, UsageError."""
+    def read_aids(self, path: Path | None) -> dict[str, AidSamples]:
+        """Satellites, pressure and wheels of a file of their own, if there is one. Raises HnavError, UsageError."""
+        if path is None:
+            return {}
         _, columns = self._columns_of_both()
         return read_aids(path, columns=columns, drop_repeats=self.drop_repeats, fixes_late_s=self.fixes_late_s)
 
@@ -91,10 +93,9 @@ class Reading:
     def _columns_of_both(self) -> tuple[dict[str, str], dict[str, str]]:
         """The columns of a recording, and those of the file with aids beside it. Raises UsageError."""
         given = pairs("--columns", self.columns)
-        of_aids = {
-            role.removeprefix(OF_GNSS): name for role, name in given.items() if role in OF_AIDS or role.startswith(OF_GNSS)
-        }
-        return {role: name for role, name in given.items() if role not in OF_AIDS and not role.startswith(OF_GNSS)}, of_aids
+        of_aids = {role: name for role, name in given.items() if role in OF_AIDS or role.startswith(OF_GNSS)}
+        own = {role: name for role, name in given.items() if role not in of_aids}
+        return own, {role.removeprefix(OF_GNSS): name for role, name in of_aids.items()}
 
     def _arguments(self) -> dict[str, Any]:
         """The options as arguments of hnav.read."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from hnav.cli.console import say
+from hnav.cli.console import load_pages, say
 from hnav.cli.filter import filter_one
 from hnav.cli.parameters import Force, Gnss, Smooth, Strict, page_option
 from hnav.cli.recordings import Reading, with_groups
@@ -91,8 +90,7 @@ def is_montecarlo(source: Path) -> bool:
 
 def of_montecarlo(source: Path, file: Path) -> None:
     """The page about a table of runs."""
-    # Plotly takes a while to load; the page says so where it is missing.
-    import_module("hnav.reports.page")
+    load_pages(file)
     from hnav.reports.montecarlo_page import write_montecarlo_report
 
     refuse_overwriting([file], [source])

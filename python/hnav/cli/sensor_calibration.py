@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from hnav.cli.console import say, show, working
+from hnav.cli.console import load_pages, say, show, working, written
 from hnav.cli.recordings import warn
 from hnav.errors import HnavError
 from hnav.filters.calibration import calibrate_magnetometer
@@ -25,9 +24,7 @@ def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_
     """Writes the sensor file, keeping other entries of an existing one, and the page. Raises HnavError; the page then shows
     what is missing.
     """
-    if report is not None:
-        # Plotly takes a while to load; the page says so where it is missing.
-        import_module("hnav.reports.page")
+    load_pages(report)
     try:
         with working(f"{data.name}: rests and turns"):
             found = calibrate_sensors(data, gravity_m_s2)
@@ -45,8 +42,8 @@ def calibrate_whole(data: Recording, sensor: Path, report: Path | None, gravity_
 
         write_sensor_report(data.name, found, rows_of(made), report)
     show(figures_table(data.name, made))
-    say(f"{len(found.directions)} rests, largest gap between their directions {np.degrees(found.missing_rad):.0f} deg; "
-        f"{' and '.join(str(file) for file in (sensor, report) if file is not None)}")  # fmt: skip
+    gap = f"largest gap between their directions {np.degrees(found.missing_rad):.0f} deg"
+    say(f"{len(found.directions)} rests, {gap}; {written(sensor, report)}")
 
 
 def field_of(data: Recording, found: SensorCalibration) -> dict[str, Correction]:
@@ -70,12 +67,9 @@ def rows_of(made: dict[str, Correction]) -> list[list[str]]:
         scale, spread = np.diag(one.matrix) - 1, np.diag(one.sigma_matrix)
         rows.append([sensor, "offset", *_cells(one.offset / si, one.sigma_offset / si), unit])
         rows.append([sensor, "scale", *_cells(100 * scale, 100 * spread), "%"])
-        for name, above in (("axes xy, xz, yz", True), ("axes yx, zx, zy", False)):
-            places = [(0, 1), (0, 2), (1, 2)]
-            angle, sigma = (
-                np.degrees([array[place if above else place[::-1]] for place in places])
-                for array in (one.matrix, one.sigma_matrix)
-            )
+        above = ([0, 0, 1], [1, 2, 2])
+        for name, places in (("axes xy, xz, yz", above), ("axes yx, zx, zy", above[::-1])):
+            angle, sigma = (np.degrees(array[places]) for array in (one.matrix, one.sigma_matrix))
             if angle.any():
                 rows.append([sensor, name, *_cells(angle, sigma), "deg"])
     return rows
@@ -87,9 +81,8 @@ def _cells(values: np.ndarray, sigmas: np.ndarray) -> list[str]:
 
 def figures_table(name: str, made: dict[str, Correction]) -> Table:
     """A row for each figure, with one sigma."""
-    table = Table(
-        "sensor", "figure", "x", "y", "z", "unit", title=f"{name}: corrected = matrix (reading - offset)", title_justify="left"
-    )
+    title = f"{name}: corrected = matrix (reading - offset)"
+    table = Table("sensor", "figure", "x", "y", "z", "unit", title=title, title_justify="left")
     for row in rows_of(made):
         table.add_row(*row)
     return table

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hnav.cli.console import bar, say
+from hnav.cli.console import counting, say
 from hnav.cli.parameters import (
     AllowOutside,
     Grade,
@@ -40,12 +40,7 @@ def command(
 ) -> None:
     chosen, graded = parse_system_settings(settings), grade_or_sensor(grade, sensor)
     refuse_overwriting([out / SIGNALS, out / ABOUT], system_files(system))
-    with bar() as progress:
-        task = progress.add_task(system, total=None)
-
-        def show(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-
+    with counting(system) as show:
         run = simulate(system, scenario, graded, chosen, seed, step, stop, progress=show, allow_outside=allow_outside)
     write_run(run, out)
     wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show, tracked
 from hnav.cli.recordings import warn, warnings_of
 from hnav.cli.wanted import Wanted
 from hnav.fmi.engines import run_recording
@@ -29,19 +29,16 @@ def compare_trials(folder: Path, wanted: Wanted, crop_s: float | None, json_file
     consistency: dict[str, float] = {}
     us_per_sample = []
     warnings: list[str] = []
-    with bar() as progress:
-        task = progress.add_task("trials", total=len(trials))
-        for path in trials.values():
-            data = read(path)
-            warnings += warnings_of(path, data.check(), wanted.strict)
-            if crop_s is not None:
-                data = data.cropped(crop_s)
-            result = run_recording(data, filter, engine, chosen, preset, smooth=wanted.smooth)
-            truth = data.needed("reference_q_nb")
-            scores[data.name] = score(result.q_nb, truth, data.movement)
-            consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement)
-            us_per_sample.append(result.us_per_sample)
-            progress.advance(task)
+    for path in tracked(list(trials.values()), "trials"):
+        data = read(path)
+        warnings += warnings_of(path, data.check(), wanted.strict)
+        if crop_s is not None:
+            data = data.cropped(crop_s)
+        result = run_recording(data, filter, engine, chosen, preset, smooth=wanted.smooth)
+        truth = data.needed("reference_q_nb")
+        scores[data.name] = score(result.q_nb, truth, data.movement)
+        consistency[data.name] = nees(result.q_nb, result.sigma_rad, truth, data.movement)
+        us_per_sample.append(result.us_per_sample)
     warn(warnings)
     show(score_table(scores, consistency, f"{filter} ({engine})"))
     us = float(np.median(us_per_sample))

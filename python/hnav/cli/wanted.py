@@ -18,6 +18,7 @@ from hnav.io.sensors import GRADES, read_grade
 
 INS = "ins"
 BODY = "body"
+SMOOTHED = "smoothed: every row from all samples, before and after it"
 Corrected = Callable[[Recording], Recording]
 
 
@@ -47,7 +48,11 @@ class Wanted:
 
     def made_of(self, recording: Path) -> list[str]:
         """The sources in the head of a table."""
-        return [f"recording {recording}", *([f"sensors by {self.sensor}"] if self.sensor else [])]
+        how = f"satellites {self.gnss}" if self.filter == INS else f"engine {self.engine}"
+        return [
+            f"recording {recording}", *([how] if self.gnss or self.filter != INS else []), *([SMOOTHED] if self.smooth else []),
+            *([f"sensors by {self.sensor}"] if self.sensor else []),
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True)
