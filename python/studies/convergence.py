@@ -59,8 +59,7 @@ FILTERS = (*HREKF, "AHRS", *PEERS)
 AT_REST = "INS at rest"
 REST_S, REST_HZ, LATITUDE_RAD = 600.0, 10.0, np.radians(45.0)
 COLOURS = {"UKF": INK, AT_REST: FAINT, "multiplicative EKF": SKY}  # the others have those of the default cycle
-Case = tuple[str, float, float]
-"""Filter, heading error of the start and claimed sigma, deg."""
+Case = tuple[str, float, float]  # filter, heading error of the start and claimed sigma, deg
 LEVEL_RAD = 0.01  # stated standard deviation of the INS's tilt at the start
 EARTH_RAD_S, G_M_S2 = 7.292115e-5, 9.80620  # at that latitude
 

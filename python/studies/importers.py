@@ -97,8 +97,7 @@ def _ends_of_omsimulator(path: Path, kind: str, folder: Path) -> Mapping[str, fl
 
 
 IMPORTERS = {"fmpy": _ends_of_fmpy, "PyFMI": _ends_of_pyfmi, "OMSimulator": _ends_of_omsimulator}
-LACKS = {("PyFMI", 3, "CS"), ("OMSimulator", 3, "ME")}
-"""Kinds that an importer does not have at all."""
+LACKS = {("PyFMI", 3, "CS"), ("OMSimulator", 3, "ME")}  # kinds that an importer does not have at all
 UNKNOWN = {("PyFMI", "arrays"), ("OMSimulator", "arrays"), ("OMSimulator", "clocks")}
 """Parts of FMI 3 that an importer does not support: it stops with its own error; use the scalar archive without clocks."""
 

@@ -27,8 +27,7 @@ from studies.command import titled_table
 
 LOCAL = "127.0.0.1"
 START_S = 20.0
-BEGIN_S = 1.0
-"""Of samples: units are found by the first ones, which wait for that."""
+BEGIN_S = 1.0  # of samples: units are found by the first ones, which wait for that
 
 
 def free_port(kind: socket.SocketKind) -> int:

@@ -20,8 +20,7 @@ from studies.command import titled_table, tracked
 from studies.counting import cost_of_hnav
 
 ROWS, RATE_HZ = 6000, 100.0
-ALONE = 5
-"""Recordings that are filtered by a command each, for comparison."""
+ALONE = 5  # recordings that are filtered by a command each, for comparison
 
 
 def write_recordings(folder: Path, count: int) -> None:

@@ -34,8 +34,7 @@ from studies.command import Trials, titled_table, tracked
 
 RATE_HZ = 100.0
 RESTS, REST_S, TURN_S = 16, 3.9, 3.62
-FIELD_N = 5e-5 * np.array([np.cos(np.radians(65)), 0, np.sin(np.radians(65))])
-"""North-east-down, T."""
+FIELD_N = 5e-5 * np.array([np.cos(np.radians(65)), 0, np.sin(np.radians(65))])  # north-east-down, T
 GYRO_NOISE, ACCEL_NOISE, MAG_NOISE = np.radians(0.007), 150e-6 * G_M_S2, 60e-9
 """Densities of a consumer chip: rad/s/sqrt(Hz), m/s2/sqrt(Hz), T/sqrt(Hz)."""
 

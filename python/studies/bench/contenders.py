@@ -24,12 +24,9 @@ SMOOTH = "-smooth"
 # Peers in pure Python take minutes for what the others do in seconds; they run when they are named.
 DEFAULT_PEERS = tuple(name for name, peer in PEERS.items() if peer.package != "ahrs")
 LARGER_Q = "ekf-larger-q"
-OWN_BODY = "body=own"
-"""The setting that gives each recording the word for what it was made on."""
-OWN_SPEED = "speed=own"
-"""The setting that gives each recording of MOTION the speeds that it has."""
-OWN_SENSOR = "sensor=own"
-"""The setting that gives each recording of MOTION the datasheet of its sensors."""
+OWN_BODY = "body=own"  # the setting that gives each recording the word for what it was made on
+OWN_SPEED = "speed=own"  # the setting that gives each recording of MOTION the speeds that it has
+OWN_SENSOR = "sensor=own"  # the setting that gives each recording of MOTION the datasheet of its sensors
 DEFAULT_FILTERS = ("hrekf", LARGER_Q, "ahrs", "ahrs:solver=closed_form", f"ahrs{SMOOTH}")
 
 

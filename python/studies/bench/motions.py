@@ -23,14 +23,11 @@ from studies.ins.vehicles import Truth, ideal, real
 
 MOTION = "MOTION"
 LENGTH_S, WARM_S, REST_S = 120.0, 15.0, 6.0
-SCORED_S = 10.0
-"""From so long after the beginning on."""
+SCORED_S = 10.0  # from so long after the beginning on
 FIELD_T, DIP_RAD, FIELD_NOISE_T = 48e-6, 1.15, 3e-7
 SPEED_HZ, SPEED_SIGMA_M_S = 1, 0.3
-GRADES = ("consumer", "industrial")
-"""Presets of the INS that the sensors are drawn from."""
-GAINS_M_S2 = 2.0
-"""What a body that starts from rest accelerates by, at the most and about."""
+GRADES = ("consumer", "industrial")  # presets of the INS that the sensors are drawn from
+GAINS_M_S2 = 2.0  # what a body that starts from rest accelerates by, at the most and about
 ENU = Rotation.from_matrix([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 
 
@@ -124,8 +121,7 @@ BODIES = {
     "ship": "ship", "quadrotor": "quadrotor", "car": "car", "aircraft": "aircraft",
 }  # fmt: skip
 """The option body of the AHRS for each kind."""
-ALONG_X = ("boat", "car", "ship", "aircraft")
-"""Kinds that move where body x points: their recordings have its speed."""
+ALONG_X = ("boat", "car", "ship", "aircraft")  # kinds that move where body x points: their recordings have its speed
 
 
 def motion(kind: str, seed: int, grade: str | None = None) -> Recording:

@@ -16,13 +16,10 @@ class Scenario:
 
     name: str
     words: tuple[str, ...] = ()
-    answer: str = ""
-    """The file in {out}, or the folder, that the command writes."""
-    fmu: str = ""
-    """fmi2/NAME; with its example input, or without inputs."""
+    answer: str = ""  # the file in {out}, or the folder, that the command writes
+    fmu: str = ""  # fmi2/NAME; with its example input, or without inputs
     exchange: bool = False
-    samples: str = ""
-    """Instead of its example input a table in {in}, by counters and stamps."""
+    samples: str = ""  # instead of its example input a table in {in}, by counters and stamps
     stop_s: float = 10.0
     parameters: dict[str, str] = field(default_factory=dict)
 

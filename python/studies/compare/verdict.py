@@ -52,8 +52,7 @@ class Verdict:
     """The result of one scenario."""
 
     scenario: str
-    verdict: str
-    """equal, moved or failed."""
+    verdict: str  # equal, moved or failed
     numbers: int = 0
     moved: list[Moved] = field(default_factory=list)
     only_old: list[str] = field(default_factory=list)

@@ -15,10 +15,8 @@ from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes
 
 OFF_RAD = np.radians(170.0)
 COMPASS_SIGMA_RAD = 0.1
-COMPASS_EVERY = 10
-"""Samples of the inertial sensor for one of the compass, and of the wheels."""
-FIRST_S, FIRST_OFF_M = 7.0, 300.0
-"""From switching on: the filter takes its first position after 5 s of levelling."""
+COMPASS_EVERY = 10  # samples of the inertial sensor for one of the compass, and of the wheels
+FIRST_S, FIRST_OFF_M = 7.0, 300.0  # from switching on: the filter takes its first position after 5 s of levelling
 LATE_S = 0.4
 NOISIER = 4.0
 WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01

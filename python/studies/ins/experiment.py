@@ -30,11 +30,9 @@ DURATIONS_S = {
 KINDS = tuple(DURATIONS_S)
 REST_NOISE_M_S = 0.01
 """Stated sigma of the velocity at rest, ten times a second; four times that on a base that sways by four times as much."""
-EARLY_S = 5.0
-"""After the tilt is found."""
+EARLY_S = 5.0  # after the tilt is found
 EVERY = 10  # rows of the filter per scored row
-LARGEST = 100.0
-"""Of one squared normalised error in a mean."""
+LARGEST = 100.0  # of one squared normalised error in a mean
 
 
 def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> dict[str, Any]:

@@ -26,28 +26,21 @@ from studies.ins.flight import FIRST_S, LANDING_S, Flight
 from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes, receiver, starts_of, vehicle
 from studies.processes import in_order
 
-BEGIN_S = 90.0
-"""After the start."""
+BEGIN_S = 90.0  # after the start
 LONGEST_S = 60.0
-JUDGED_S = 60.0
-"""After the end of a fault, readiness is judged for so long, and the estimate has to be right again within it."""
+JUDGED_S = 60.0  # after the end of a fault, readiness is judged for so long, and the estimate has to be right again within it
 RECOVERY_S = 30.0
 EVERY = 20
-CLIPPED = 0.05
-"""rad/s."""
+CLIPPED = 0.05  # rad/s
 KINDS = ("car", "aircraft", "quadrotor", "walker")
 FLIGHT = "flight"
-GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}
-"""In m and rad: an estimate is right again below these."""
-AS_WITHOUT = 1.5
-"""Or below so many times its error without the fault: a quadrotor that hovers may not have found its heading yet."""
+GOOD = {"position": 15.0, "tilt": np.radians(3), "heading": np.radians(5)}  # in m and rad: an estimate is right again below these
+AS_WITHOUT = 1.5  # or below so many times its error without the fault: a quadrotor that hovers may not have found its heading yet
 LIES = GOOD | {"velocity": 1.5}
 """An error beyond this and beyond five sigmas counts as false while the filter is ready; in m, rad and m/s."""
 FLAGS = ("tilt", "heading", "velocity", "position")
-METRE = 1 / EARTH_M
-"""Of latitude, in rad."""
-FIRST = np.eye(6)[0]
-"""Of velocity and its sigma, or of place and its sigma: north, latitude."""
+METRE = 1 / EARTH_M  # of latitude, in rad
+FIRST = np.eye(6)[0]  # of velocity and its sigma, or of place and its sigma: north, latitude
 
 
 Spoiler = Callable[[Samples, BoolArray, BoolArray], Samples]
@@ -347,8 +340,7 @@ def outcomes(
 # --------------------------------------------------------------------------------------------- hindsight
 
 
-Both = dict[str, tuple[float, float]]
-"""By name of FLAGS, of filter and smoother."""
+Both = dict[str, tuple[float, float]]  # by name of FLAGS, of filter and smoother
 
 
 def in_hindsight(drive: Drive, name: str) -> tuple[Both, Both]:

@@ -19,12 +19,10 @@ from hnav.systems.navigation_views import FALSE_RAD
 from studies.processes import in_order
 
 LENGTH_S, APART_S, FIRST_S = 60.0, 20.0, 5.0
-LAST_S = 10.0
-"""The filter is judged over the last ones of its minute."""
+LAST_S = 10.0  # the filter is judged over the last ones of its minute
 PLACE = np.array([0.8, 0.2, 400.0])
 """Latitude, longitude and height of the room, chosen: the trials have none, and at this grade it does not matter."""
-FIELD_STEP = 6
-"""Samples of the inertial sensor for one of the magnetometer."""
+FIELD_STEP = 6  # samples of the inertial sensor for one of the magnetometer
 NED = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
 """Room axes, z up, to north-east-down; the direction of north in the room is chosen."""
 
@@ -37,8 +35,7 @@ class Fixes:
     rate_hz: float
     sigma_m: float
     sigma_m_s: float
-    with_field: bool = False
-    """The magnetometer too, as it is: three of the trials have a magnet near it or on it."""
+    with_field: bool = False  # the magnetometer too, as it is: three of the trials have a magnet near it or on it
 
 
 WAYS = (

@@ -21,8 +21,7 @@ from hnav.native.arrays import Array
 RATE_HZ = 100
 AT_REST = ("rest", "swaying", "vibrating", "polar")
 """Kinds at rest at a given position; the last one at 80 degrees of latitude, the others at 45."""
-WARM_S = 20.0
-"""The filter is switched on after so long, mostly in motion."""
+WARM_S = 20.0  # the filter is switched on after so long, mostly in motion
 
 Levels = Callable[[], float]
 

@@ -27,8 +27,7 @@ class Rule:
 
 
 _LISTED = tomllib.loads(Path(__file__).with_name("rules.toml").read_text(encoding="utf-8"))
-RULES = {name: Rule(rule["repairs"], rule["file"], dict(rule["without"])) for name, rule in _LISTED.items()}
-"""By name."""
+RULES = {name: Rule(rule["repairs"], rule["file"], dict(rule["without"])) for name, rule in _LISTED.items()}  # by name
 
 
 def changed(rule: Rule, source: str) -> str:

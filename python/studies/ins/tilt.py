@@ -13,8 +13,7 @@ from studies.ins.experiment import DURATIONS_S, EVERY, LARGEST, tilt_errors
 from studies.ins.vehicles import receiver, starts_of, vehicle
 from studies.processes import in_order
 
-AFTER_S = (5.0, 15.0, 30.0, 60.0, 120.0, 180.0, 225.0)
-"""After the tilt is found."""
+AFTER_S = (5.0, 15.0, 30.0, 60.0, 120.0, 180.0, 225.0)  # after the tilt is found
 KINDS = ("train", "hover")
 
 

@@ -18,10 +18,8 @@ from hnav.native.arrays import Array
 from hnav.native.library import SENSORS
 from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
-OUTLIERS = 0.01
-"""Share of the fixes that lie far off."""
-EARTH_M = 6.37e6
-"""Radius that turns metres into latitude, about."""
+OUTLIERS = 0.01  # share of the fixes that lie far off
+EARTH_M = 6.37e6  # radius that turns metres into latitude, about
 
 
 @dataclass(frozen=True)
@@ -29,12 +27,10 @@ class Receiver:
     """Satellites as a kind of vehicle has them; standard deviations of each axis."""
 
     rate_hz: int = 5
-    colour_m: float = 1.5
-    """Of the position, over a minute."""
+    colour_m: float = 1.5  # of the position, over a minute
     noise_m: float = 0.5
     noise_m_s: float = 0.1
-    swing_m_s: float = 0.0
-    """Of the velocity, over three seconds."""
+    swing_m_s: float = 0.0  # of the velocity, over three seconds
 
 
 RECEIVERS = {"walker": Receiver(1, 3.0, 2.0, 0.2, 0.1)}
@@ -62,14 +58,10 @@ VIBRATION = dict.fromkeys(("quadrotor", "hover"), (0.05, 3.0))
 class Truth:
     """Where the body is at the times of the samples."""
 
-    t_s: Array
-    """n."""
-    position_e: Array
-    """n x 3: Earth-centred, Earth-fixed."""
-    velocity_e: Array
-    """n x 3: in the same axes."""
-    attitude_e: Rotation
-    """n: body to these axes."""
+    t_s: Array  # n
+    position_e: Array  # n x 3: Earth-centred, Earth-fixed
+    velocity_e: Array  # n x 3: in the same axes
+    attitude_e: Rotation  # n: body to these axes
 
     def heading_rad(self) -> Array:
         """n: of body x, clockwise from north."""
@@ -82,12 +74,9 @@ class Truth:
 class Samples:
     """What the sensors of a body give."""
 
-    t_s: Array
-    """n."""
-    rate_b_rad_s: Array
-    """n x 3."""
-    force_b_m_s2: Array
-    """n x 3."""
+    t_s: Array  # n
+    rate_b_rad_s: Array  # n x 3
+    force_b_m_s2: Array  # n x 3
     aids: Aids
 
 

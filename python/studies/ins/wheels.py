@@ -18,11 +18,9 @@ from hnav.native.arrays import Array
 from studies.ins.vehicles import Samples, Truth, fixes, starts_of, vehicle
 from studies.processes import in_order
 
-OUTAGES_S = ((100.0, 10.0), (130.0, 30.0), (190.0, 10.0), (220.0, 30.0))
-"""After the start, and for how long."""
+OUTAGES_S = ((100.0, 10.0), (130.0, 30.0), (190.0, 10.0), (220.0, 30.0))  # after the start, and for how long
 LENGTH_S = 270.0
-STEP = 10
-"""Samples of the inertial sensor for one of the speed."""
+STEP = 10  # samples of the inertial sensor for one of the speed
 SIGMA_M_S, SCALE = 0.1, 0.02
 
 
@@ -31,13 +29,10 @@ class Car:
     """How its wheels and its sensor are put."""
 
     text: str
-    axle_b_m: tuple[float, float, float]
-    """Of the rear axle, from the sensor; unknown to the filter."""
+    axle_b_m: tuple[float, float, float]  # of the rear axle, from the sensor; unknown to the filter
     late_s: float
-    askew_rad: float
-    """Standard deviation of yaw, pitch and roll of the sensor in the car."""
-    step_m_s: float
-    """What the speed is rounded to."""
+    askew_rad: float  # standard deviation of yaw, pitch and roll of the sensor in the car
+    step_m_s: float  # what the speed is rounded to
 
 
 CARS = {

@@ -17,8 +17,7 @@ from studies.ins.vehicles import vehicle
 
 WORK = CHECKOUT / ".cache" / "ins_speed"
 ROUNDS = 10
-SOLVERS = {"closed form": 2, "ERKStep": 0}
-"""As hnav_solver numbers them."""
+SOLVERS = {"closed form": 2, "ERKStep": 0}  # as hnav_solver numbers them
 
 
 class Drive(NamedTuple):

@@ -39,8 +39,7 @@ class Fault:
     make: Callable[[Recording], Recording]
     sensor: str
     code: str
-    value: str = ""
-    """Of the argument that mends it."""
+    value: str = ""  # of the argument that mends it
 
     def is_named_by(self, finding: Finding) -> bool:
         """Whether a finding says what it is, and the cure."""
