@@ -110,11 +110,8 @@ def at_rest(seed: int, error_deg: float, claim_deg: float) -> np.ndarray:
     attitude = Rotation.from_euler("ZYX", [rng.uniform(-np.pi, np.pi), *rng.uniform(-0.2, 0.2, 2)])
     earth = EARTH_RAD_S * np.array([np.cos(LATITUDE_RAD), 0, -np.sin(LATITUDE_RAD)])
     white = np.sqrt(REST_HZ) * rng.normal(size=(2, len(t), 3))
-    rate = (
-        attitude.inv().apply(earth)
-        + made.start_sigma_gyro_bias_rad_s * rng.normal(size=3)
-        + made.gyro_noise_rad_per_sqrt_s * white[0]
-    )
+    rate = attitude.inv().apply(earth) + made.start_sigma_gyro_bias_rad_s * rng.normal(size=3)
+    rate = rate + made.gyro_noise_rad_per_sqrt_s * white[0]
     gravity = attitude.inv().apply([0, 0, -G_M_S2]) + made.start_sigma_accel_bias_m_s2 * rng.normal(size=3)
     force = gravity + made.accel_noise_m_s_per_sqrt_s * white[1]
     tilted = Rotation.from_rotvec([*(LEVEL_RAD * rng.normal(size=2)), 0]) * attitude

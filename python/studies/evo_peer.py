@@ -25,6 +25,7 @@ from hnav.io.trajectories import read_trajectory
 from hnav.native.arrays import Array
 from hnav.reports.comparison import Comparison, compare
 from studies.command import titled_table, tracked
+from studies.ins.motions import turned_on
 
 PAIRS = 3
 RATE_HZ, DURATION_S = 100, 20.0
@@ -44,14 +45,9 @@ def motion(seed: int, duration_s: float = 60.0) -> tuple[Array, Rotation, Array]
     """Times at 100 Hz, attitude, and a way along the body's x axis."""
     rng = np.random.default_rng(seed)
     t_s = np.arange(0, duration_s, 1 / RATE_HZ)
-    rate = np.sum(
-        [rng.normal(size=3) * np.sin(rng.uniform(0.3, 4) * t_s[:, None] + rng.uniform(0, 6, 3)) for _ in range(3)], axis=0
-    )
-    attitude = [Rotation.identity()]
-    for turn in Rotation.from_rotvec(rate[:-1] / RATE_HZ):
-        attitude.append(attitude[-1] * turn)
-    whole = Rotation.concatenate(attitude)
-    return t_s, whole, np.cumsum(whole.apply([1, 0, 0]), axis=0) / RATE_HZ
+    waves = [rng.normal(size=3) * np.sin(rng.uniform(0.3, 4) * t_s[:, None] + rng.uniform(0, 6, 3)) for _ in range(3)]
+    attitude = turned_on(Rotation.identity(), Rotation.from_rotvec(np.sum(waves, axis=0)[:-1] / RATE_HZ))
+    return t_s, attitude, np.cumsum(attitude.apply([1, 0, 0]), axis=0) / RATE_HZ
 
 
 def noisy(seed: int, attitude: Rotation, position: Array) -> tuple[Rotation, Array]:
@@ -114,11 +110,7 @@ def command() -> None:
             for row in rows_of(pair, Path(name)):
                 difference = float(np.abs(row.ours - row.evo).max())
                 worst = max(worst, difference)
-                table.add_row(
-                    str(row.pair),
-                    row.error,
-                    *(", ".join(f"{v:.6f}" for v in of) for of in (row.ours, row.evo)),
-                    f"{difference:.1e}",
-                )
+                figures = (", ".join(f"{v:.6f}" for v in of) for of in (row.ours, row.evo))
+                table.add_row(str(row.pair), row.error, *figures, f"{difference:.1e}")
     show(table, width=140)
     say(f"largest difference {worst:.1e}")

@@ -84,11 +84,8 @@ def draw(found: pd.DataFrame) -> Any:
         (("seconds", f"from {ERROR_DEG:g} deg, {CLAIM_DEG:g} claimed", GREEN),),
         (("worst", "measured, largest", BLUE), ("gamma_squared", "bound gamma²", VERMILION)),
     )
-    titles = (
-        "attitude after convergence, deg",
-        "median s until below 3 deg",
-        "attenuation: error energy over disturbance energy",
-    )
+    attenuations = "attenuation: error energy over disturbance energy"
+    titles = ("attitude after convergence, deg", "median s until below 3 deg", attenuations)
     off = found[found["mode"] == "off"].iloc[0]
     for ax, title, lines in zip(panels, titles, shown):
         for name, label, colour in lines:

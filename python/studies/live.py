@@ -73,9 +73,8 @@ def command(
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "live.csv"
         arguments = ["live", f"udp://{LOCAL}:{port}", "--page", "--port", str(page), "--record", str(file)]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "hnav", *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        )
+        called = [sys.executable, "-m", "hnav", *arguments]
+        process = subprocess.Popen(called, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         _wait_for(page)
         listener = threading.Thread(target=listen, args=(f"ws://{LOCAL}:{page}/state", seen_s, ended), daemon=True)
         listener.start()
@@ -86,9 +85,8 @@ def command(
         _, said = process.communicate(timeout=10)
         rows = len(file.read_text().splitlines()) - 1
     latency_ms = np.array([1e3 * (at_s - sent_s[t_s]) for t_s, at_s in seen_s.items() if t_s >= BEGIN_S])
-    table = titled_table(
-        f"{rate:g} Hz for {seconds:g} s by UDP", "states seen", "latency median | 99 % | worst | sent | recorded | lost"
-    )
+    heads = "latency median | 99 % | worst | sent | recorded | lost"
+    table = titled_table(f"{rate:g} Hz for {seconds:g} s by UDP", "states seen", heads)
     figures = [f"{value:.1f} ms" for value in (np.median(latency_ms), np.quantile(latency_ms, 0.99), latency_ms.max())]
     table.add_row(str(len(latency_ms)), *figures, str(len(sent_s)), str(rows), str(len(sent_s) - rows))
     show(table)

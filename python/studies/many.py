@@ -46,12 +46,8 @@ def command(
         table = titled_table(f"recordings of a minute, {workers} workers", "recordings", "seconds | per recording | memory")
         alone = [cost_of_hnav("filter", folder / f"{i:04d}.csv", "--out", folder / "alone.csv") for i in range(ALONE)]
         (folder / "alone.csv").unlink()
-        table.add_row(
-            "one by one, a command each",
-            f"{sum(one.wall_s for one in alone):.1f} for {ALONE}",
-            f"{np.mean([one.wall_s for one in alone]):.2f} s",
-            "-",
-        )
+        seconds = [one.wall_s for one in alone]
+        table.add_row("one by one, a command each", f"{sum(seconds):.1f} for {ALONE}", f"{np.mean(seconds):.2f} s", "-")
         for count in (recordings // 10, recordings):
             chosen = sorted(folder.glob("*.csv"))[:count]
             cost = cost_of_hnav("filter", *chosen, "--out", folder / f"out{count}", "--workers", workers)

@@ -13,14 +13,14 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, say, show
+from hnav.cli.console import say, show
 from hnav.cli.noise import figures_table, untold
 from hnav.filters.noise import TERMS, noise_of
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from studies.command import Trials, titled_table
+from studies.command import Trials, titled_table, tracked
 
 DEG = np.pi / 180
 GRADES = {"consumer": (7e-3 * DEG, 10 * DEG / 3600, 20 * DEG / 3600 / 60), "industrial": (3e-3 * DEG, 5 * DEG / 3600, 5 * DEG / 3600 / 60),
@@ -53,18 +53,16 @@ def bounds(grade: str, sensors: int, duration_s: float) -> dict[str, tuple[float
     found = [noise_of([at_rest(seed, grade, duration_s)])["gyro"].terms for seed in range(sensors)]
     made = {}
     for name, true in zip(TERMS, GRADES[grade]):
-        low, high, value, stated = (
-            np.array([getattr(terms[name], part) for terms in found]) for part in ("low", "high", "value", "is_measured")
-        )
+        parts = ("low", "high", "value", "is_measured")
+        low, high, value, stated = (np.array([getattr(terms[name], part) for terms in found]) for part in parts)
         made[name] = float(np.mean((low <= true) & (true <= high))), float(stated.mean()), float(np.median(value) / true)
     return made
 
 
 def by_length() -> Table:
     """A row for each grade, parameter and length: the true value, and for the first axis its estimate with its bounds, or an upper limit."""
-    table = titled_table(
-        "one gyroscope of each grade, axis x, SI units", "grade | parameter | recording", "true | estimate | 95 %"
-    )
+    title = "one gyroscope of each grade, axis x, SI units"
+    table = titled_table(title, "grade | parameter | recording", "true | estimate | 95 %")
     for grade, true in GRADES.items():
         found = {length: noise_of([at_rest(0, grade, length_s)])["gyro"].terms for length, length_s in LENGTHS_S.items()}
         for name, value in zip(TERMS, true):
@@ -83,12 +81,9 @@ def command(
     table = Table(
         "grade", "parameter", "bounds hold", "more than a limit", "median / true", title=f"{sensors} gyroscopes, {minutes:g} min"
     )
-    with bar() as progress:
-        task = progress.add_task("grades", total=len(GRADES))
-        for grade in GRADES:
-            for name, (held, stated, ratio) in bounds(grade, sensors, 60 * minutes).items():
-                table.add_row(grade, name, f"{held:.1%}", f"{stated:.0%}", f"{ratio:.2f}")
-            progress.advance(task)
+    for grade in tracked(GRADES, "grades"):
+        for name, (held, stated, ratio) in bounds(grade, sensors, 60 * minutes).items():
+            table.add_row(grade, name, f"{held:.1%}", f"{stated:.0%}", f"{ratio:.2f}")
     show(table)
     show(by_length())
     if folder is not None:

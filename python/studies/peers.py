@@ -87,6 +87,11 @@ def flow(s: State, rate: np.ndarray, T: float, assumed: Assumed, body_axes: bool
     s.P = F @ s.P @ swap(F) + noise_of(assumed, T)
 
 
+def weights(whitened: np.ndarray) -> np.ndarray:
+    """N x 1 x n, of whitened residuals N x n."""
+    return np.asarray(np.minimum(1, HUBER / np.maximum(1e-12, np.abs(whitened)))[:, None, :])
+
+
 def correct(s: State, y: np.ndarray, H: np.ndarray, expected: np.ndarray, variance: float, body_axes: bool, robust: bool) -> None:
     """y, expected: N x 6, H: N x 6 x 6."""
     residual = y - expected
@@ -98,13 +103,9 @@ def correct(s: State, y: np.ndarray, H: np.ndarray, expected: np.ndarray, varian
         K = swap(np.linalg.solve(S, H @ P))
         x = np.einsum("nij,nj->ni", K, residual)
         if robust:
-            weight = np.minimum(
-                1, HUBER / np.maximum(1e-12, np.abs(residual - np.einsum("nij,nj->ni", H, x)) / np.sqrt(variance))
-            )
-            R = variance * np.eye(6) / weight[:, None, :]
+            R = variance * np.eye(6) / weights((residual - np.einsum("nij,nj->ni", H, x)) / np.sqrt(variance))
             L = np.linalg.cholesky(s.P)
-            prior = np.linalg.solve(L, x[..., None])[..., 0]
-            P = (L / np.minimum(1, HUBER / np.maximum(1e-12, np.abs(prior)))[:, None, :]) @ swap(L)
+            P = (L / weights(np.linalg.solve(L, x[..., None])[..., 0])) @ swap(L)
     IKH = np.eye(6) - K @ H
     s.P = IKH @ P @ swap(IKH) + K @ R @ swap(K)
     apply(s, x, body_axes)

@@ -200,9 +200,8 @@ def errors_of(peer: Peer, runs: Sequence[Run], starts: Sequence[Rotation], assum
 def measurements_table(seeds: int) -> Table:
     gated = {f"{name}, gates 14": settings | GATES for name, settings in FILTERS.items() if name != larger_q.NAME}
     ours = FILTERS | gated
-    table = Table(
-        "", *ours, *PEERS, title=f"error after {SETTLED_S:g} s, deg, {seeds} seeds; gates 14: of force and field, NIS of three"
-    )
+    title = f"error after {SETTLED_S:g} s, deg, {seeds} seeds; gates 14: of force and field, NIS of three"
+    table = Table("", *ours, *PEERS, title=title)
     for name, scenario in MEASUREMENTS.items():
         errors = settled_rms(scenario, ours.values(), seeds) + peers_rms(scenario, seeds)
         table.add_row(name, *(f"{error:.2f}" for error in errors))
@@ -222,9 +221,8 @@ def seconds_to(limit_deg: float, filters: Collection[Settings], seeds: int) -> l
 
 
 def start_table(seeds: int) -> Table:
-    table = Table(
-        "", "s to 3 deg", "error as assumed, deg", title=f"begun 90 deg off in heading with 5 deg claimed, {seeds} seeds"
-    )
+    title = f"begun 90 deg off in heading with 5 deg claimed, {seeds} seeds"
+    table = Table("", "s to 3 deg", "error as assumed, deg", title=title)
     for name, seconds in zip(STARTS, seconds_to(3.0, STARTS.values(), seeds)):
         table.add_row(name, f"{seconds:.2f}", f"{as_stated(seeds)[name]:.2f}")
     return table
@@ -269,12 +267,9 @@ def adaptation_table(seeds: int) -> Table:
 
 
 PARTS = {
-    "scenarios": scenarios_table,
-    "measurements": measurements_table,
-    "start": start_table,
-    "rates": rates_table,
+    "scenarios": scenarios_table, "measurements": measurements_table, "start": start_table, "rates": rates_table,
     "adaptation": adaptation_table,
-}
+}  # fmt: skip
 
 
 def command(

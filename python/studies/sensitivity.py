@@ -26,14 +26,8 @@ from hnav.io.recordings import Recording
 from hnav.reports.scores import score
 
 NO_TUNING = (
-    "start_q_nb",
-    "q_body_sensor",
-    "reference_strength_tesla",
-    "reference_dip_rad",
-    "solver_rtol",
-    "solver_atol",
-    "euler_step_s",
-)
+    "start_q_nb", "q_body_sensor", "reference_strength_tesla", "reference_dip_rad", "solver_rtol", "solver_atol", "euler_step_s",
+)  # fmt: skip
 
 
 def tuned_options(filter: str) -> dict[str, float]:

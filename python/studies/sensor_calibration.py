@@ -111,15 +111,12 @@ def gain(sensor: Sensor, rests: Recording, found: SensorCalibration, rng: np.ran
     """Errors of the AHRS in deg, root mean square from 30 s on: as read, and corrected."""
     t_s, attitude = drive(rng)
     read = sensor.record(t_s, attitude, rng)
-    field = calibrate_magnetometer(
-        rests.field_b_tesla if rests.field_b_tesla is not None else [], found.accel.apply(rests.force_b_m_s2)
-    )
-    assert read.field_b_tesla is not None
-    corrected = (found.gyro.apply(read.rate_b_rad_s), found.accel.apply(read.force_b_m_s2), field.apply(read.field_b_tesla))
+    field = calibrate_magnetometer(rests.needed("field_b_tesla"), found.accel.apply(rests.force_b_m_s2))
+    raw = (read.rate_b_rad_s, read.force_b_m_s2, read.needed("field_b_tesla"))
     true = attitude.as_quat()[:, [3, 0, 1, 2]]
     errors = []
-    for samples in ((read.rate_b_rad_s, read.force_b_m_s2, read.field_b_tesla), corrected):
-        run, late = Filter("ahrs").run(t_s, samples[0], samples[1], samples[2], check=False), t_s > 30
+    for rate, force, magnetic in (raw, (found.gyro.apply(raw[0]), found.accel.apply(raw[1]), field.apply(raw[2]))):
+        run, late = Filter("ahrs").run(t_s, rate, force, magnetic, check=False), t_s > 30
         errors.append(float(np.degrees(np.sqrt(np.nanmean(errors_rad(run.q_nb[late], true[late])[0] ** 2)))))
     return errors[0], errors[1]
 

@@ -19,6 +19,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.filters.observer import Observer
@@ -180,8 +181,6 @@ def command(
     write: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Only write an example there")] = None,
 ) -> None:
     """A heated box whose lid is opened: is it found?"""
-    from rich.table import Table
-
     if write is not None:
         write_example(write, hours)
         say(f"hnav observe {write / 'box.py'} --plan {write / 'plan.toml'} --data {write / 'recording.csv'} --report page.html")

@@ -18,7 +18,7 @@ from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs, walked
+from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs, turned_on, walked
 from studies.ins.vehicles import Truth, ideal, real
 
 MOTION = "MOTION"
@@ -62,18 +62,15 @@ def head(rng: np.random.Generator, t: Array) -> Motion:
 def arm(rng: np.random.Generator, t: Array) -> Motion:
     """A wrist that reaches about, in bouts."""
     bouts = smooth(stairs(rng, t, lambda: rng.uniform(0.1, 1), (3, 10)), RATE_HZ)[:, None]
-    return _place(
-        bouts * _waves(rng, t, (0.25, 0.25, 0.2), (0.2, 1.2)), bouts * _waves(rng, t, (0.8, 0.6, 0.8), (0.15, 1.0)), _held(rng)
-    )
+    place, angles = bouts * _waves(rng, t, (0.25, 0.25, 0.2), (0.2, 1.2)), bouts * _waves(rng, t, (0.8, 0.6, 0.8), (0.15, 1.0))
+    return _place(place, angles, _held(rng))
 
 
 def tumble(rng: np.random.Generator, t: Array) -> Motion:
     """A body that is turned over and over in the hands."""
     rate = _waves(rng, t, (1.2, 1.2, 1.2), (0.05, 0.4))
-    attitude = [Rotation.identity()]
-    for step in Rotation.from_rotvec(rate[1:] / RATE_HZ):
-        attitude.append(attitude[-1] * step)
-    return np.gradient(_waves(rng, t, (0.1, 0.1, 0.1), (0.1, 0.8)), 1 / RATE_HZ, axis=0), Rotation.concatenate(attitude)
+    attitude = turned_on(Rotation.identity(), Rotation.from_rotvec(rate[1:] / RATE_HZ))
+    return np.gradient(_waves(rng, t, (0.1, 0.1, 0.1), (0.1, 0.8)), 1 / RATE_HZ, axis=0), attitude
 
 
 def waist(rng: np.random.Generator, t: Array) -> Motion:
@@ -150,9 +147,8 @@ def motion(kind: str, seed: int, grade: str | None = None) -> Recording:
     reference = (ENU * attitude).as_quat(scalar_first=True)
     aids = {}
     if kind in ALONG_X:
-        aids["speed"] = _measured_speed(
-            np.random.default_rng([seed, 7]), t, np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
-        )
+        ahead = np.sum(velocity * attitude.apply([1.0, 0, 0]), axis=1)
+        aids["speed"] = _measured_speed(np.random.default_rng([seed, 7]), t, ahead)
     return Recording(f"{kind} {seed} {grade}", t, rate, force, field, reference_q_nb=reference, movement=t > SCORED_S, aids=aids)
 
 

@@ -61,24 +61,17 @@ def _draw_divide(panels: Sequence[plots.Axes], y: float) -> None:
 
 
 def _draw_errors(axes: plots.Axes, lines: Sequence[Any], place: np.ndarray, ours: set[str]) -> None:
-    shown = [
-        ("undisturbed", -0.19, [line.undisturbed_deg for line in lines]),
-        ("disturbed", 0.19, [line.disturbed_deg for line in lines]),
-    ]
-    everything = [values for _, _, values in shown]
+    undisturbed, disturbed = ([getattr(line, name) for line in lines] for name in ("undisturbed_deg", "disturbed_deg"))
     # One filter that fails must not squeeze the others: the axis ends where a bar would be out of scale, its figure says the rest.
-    end = min(np.nanmax(everything), OUT_OF_SCALE * np.nanmedian(everything))
-    for name, offset, values in shown:
-        dark = name == "disturbed"
-        filled = [
-            (colours.BLUE if dark else LIGHT_BLUE) if line.filter in ours else (DARK_GREY if dark else GREY) for line in lines
-        ]
+    end = min(np.nanmax([undisturbed, disturbed]), OUT_OF_SCALE * np.nanmedian([undisturbed, disturbed]))
+    for values, offset, blue, grey, inside in (
+        (undisturbed, -0.19, LIGHT_BLUE, GREY, "#444444"), (disturbed, 0.19, colours.BLUE, DARK_GREY, "white"),
+    ):  # fmt: skip
+        filled = [blue if line.filter in ours else grey for line in lines]
         axes.barh(place + offset, values, height=0.36, color=filled, zorder=2)
         for y, value in zip(place + offset, values):
             if value > end:
-                axes.text(
-                    1.1 * end, y, f"{value:.2f} »", ha="right", va="center", fontsize=8, color="white" if dark else "#444444"
-                )
+                axes.text(1.1 * end, y, f"{value:.2f} »", ha="right", va="center", fontsize=8, color=inside)
             elif not np.isnan(value):
                 axes.text(value + 0.012 * end, y, f"{value:.2f}", va="center", fontsize=8, color="#444444")
     # The legend is grey: it distinguishes light and dark, not the filters.
@@ -98,9 +91,8 @@ def _draw_times(axes: plots.Axes, lines: Sequence[Any], place: np.ndarray, ours:
             continue
         colour = colours.BLUE if line.filter in ours else DARK_GREY
         axes.plot([low, time_us], [y, y], color=colour, lw=1.6, alpha=0.55, solid_capstyle="butt", zorder=2)
-        axes.plot(
-            time_us, y, "o", color=colour, markerfacecolor="white" if line.filter in looped else colour, ms=7, mew=1.6, zorder=3
-        )
+        face = "white" if line.filter in looped else colour
+        axes.plot(time_us, y, "o", color=colour, markerfacecolor=face, ms=7, mew=1.6, zorder=3)
         axes.annotate(f"{time_us:.2f}" if time_us < 10 else f"{time_us:.0f}", (time_us, y), xytext=(7, 0), textcoords="offset points",
                       va="center", fontsize=8, color="#444444")  # fmt: skip
     if any(line.filter in looped for line in lines):

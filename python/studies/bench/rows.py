@@ -119,10 +119,8 @@ def _honesty(estimate: Estimate, truth: np.ndarray, scored: np.ndarray) -> tuple
 
 
 def _failed(set_name: str, name: str, recording: Recording, reason: str) -> Row:
-    nothing = math.nan
-    return Row(
-        set_name, name, recording.name, is_disturbed(recording.name), nothing, nothing, nothing, nothing, nothing, 0, reason
-    )
+    nan = math.nan
+    return Row(set_name, name, recording.name, is_disturbed(recording.name), nan, nan, nan, nan, nan, 0, reason)
 
 
 # --------------------------------------------------------------------------------------------- results

@@ -22,7 +22,7 @@ from studies.bench.peers import PEERS
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import HONESTY, WRONG_HEADING_DEG, WRONG_TILT_DEG, Row, benchmark, benchmark_motions, summary
 from studies.bench.stress import SETS, variant_count
-from studies.command import Trials, write_rows
+from studies.command import Trials, check_choices, write_rows
 
 ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
 DRAWN = "BROAD"
@@ -90,9 +90,7 @@ def split(names: str) -> list[str]:
 def check_sets(names: Sequence[str], picture: Path | None) -> None:
     if not names:
         raise UsageError(f"--sets names none: choose from {', '.join(SETS)}")
-    for name in names:
-        if name not in (*SETS, MOTION):
-            raise UsageError(f"set {name}: choose from {', '.join((*SETS, MOTION))}")
+    check_choices("set", names, (*SETS, MOTION))
     if picture and DRAWN not in names:
         raise UsageError(f"--picture shows the set {DRAWN}: name it in --sets")
 
@@ -135,10 +133,8 @@ def benchmark_table(lines: Sequence[Any], ours: set[str]) -> Table:
 
 def honesty_table(lines: Sequence[Any]) -> Table:
     """Whether sigma and readiness of the tilt and the heading are true."""
-    title = (
-        f"z2: mean (error / sigma)^2; shares of the time: ready, and ready while off by more than {WRONG_TILT_DEG:g} deg of tilt"
-    )
-    table = Table(title=f"{title}, {WRONG_HEADING_DEG:g} deg of heading")
+    off = f"{WRONG_TILT_DEG:g} deg of tilt, {WRONG_HEADING_DEG:g} deg of heading"
+    table = Table(title=f"z2: mean (error / sigma)^2; shares of the time: ready, and ready while off by more than {off}")
     for head in ("set", "filter", "tilt z2", "tilt ready", "and off", "heading ready", "and off"):
         table.add_column(head, justify="left" if head in ("set", "filter") else "right", no_wrap=True)
     for line in lines:

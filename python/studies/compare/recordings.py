@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.native.arrays import Array
+from studies.ins.motions import turned_on
 from studies.ins.vehicles import vehicle
 from studies.observer.events import GRAVITY, bounce, heat
 
@@ -121,10 +122,7 @@ def tumbling() -> Array:
     rng, t = np.random.default_rng(7), np.arange(CUT_S * RATE_HZ) / RATE_HZ
     n, moving = len(t), np.where((t % 20 > 12) & (t % 20 < 16), 0.0, 1.0)[:, None]
     w = moving * np.stack([1.3 * np.sin(1.1 * t), 1.7 * np.cos(0.7 * t), 2.4 * np.sin(0.4 * t)], axis=1)
-    turns: list[Rotation] = [Rotation.from_euler("zx", [40, 20], degrees=True)]
-    for k in range(n - 1):
-        turns.append(turns[-1] * Rotation.from_rotvec(w[k] / RATE_HZ))
-    attitude = Rotation.concatenate(turns)
+    attitude = turned_on(Rotation.from_euler("zx", [40, 20], degrees=True), Rotation.from_rotvec(w[:-1] / RATE_HZ))
     false_field = np.where((t > 0.6 * CUT_S) & (t < 0.7 * CUT_S), 15.0, 0.0)[:, None] * [0.3, 1.0, -0.5]
     acceleration = moving * np.stack([np.sin(3 * t), np.cos(4 * t), 0.5 * np.sin(5 * t)], axis=1)
     force = attitude.apply(acceleration - [0, 0, 9.81], inverse=True) + 0.03 * rng.normal(size=(n, 3))

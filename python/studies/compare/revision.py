@@ -24,12 +24,8 @@ def built(revision: str) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     said_by(["git", "archive", "--output", folder / "source.tar", folder.name], cwd=CHECKOUT)
     said_by(["tar", "-x", "-f", "source.tar"], cwd=folder)
-    places = [
-        f"-DHNAV_FMI_HEADERS={fmi_headers()}",
-        f"-DHNAV_PYTHON={sys.executable}",
-        f"-DHNAV_SUNDIALS_SOURCE={sundials_source()}",
-    ]
-    said_by(["cmake", "--preset", "release", *LEAN, *places], cwd=folder)
+    places = {"FMI_HEADERS": fmi_headers(), "PYTHON": sys.executable, "SUNDIALS_SOURCE": sundials_source()}
+    said_by(["cmake", "--preset", "release", *LEAN, *(f"-DHNAV_{name}={place}" for name, place in places.items())], cwd=folder)
     said_by(["cmake", "--build", "build", "--target", "python_binding", "hnav", "fmus"], cwd=folder)
     complete.touch()
     return folder

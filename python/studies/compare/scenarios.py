@@ -130,9 +130,8 @@ def _fmus() -> Iterator[Scenario]:
     for name, motion in (("Ahrs", "tumbling"), ("Hrekf", "tumbling"), ("Ins", "car")):
         for fault in ("none", *UNREADABLE, "clock_ahead"):
             samples, stop_s = f"{{in}}/fmu-{motion}-{fault}.csv", STARTS_S.get(motion, CUT_S)
-            yield Scenario(
-                f"fmu/fault/{name}/{fault}", (), "", f"fmi2/{name}", False, samples, stop_s, {"sampling_mode": "counter"}
-            )
+            by_counter = {"sampling_mode": "counter"}
+            yield Scenario(f"fmu/fault/{name}/{fault}", (), "", f"fmi2/{name}", False, samples, stop_s, by_counter)
     for version in (2, 3):
         for name in FMUS:
             fmu = f"fmi{version}/{name}"

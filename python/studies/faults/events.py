@@ -13,15 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from studies.readiness.starts import (
-    GRAVITY_M_S2,
-    MOTIONS,
-    RATE_HZ,
-    Motion,
-    draw_earth_field,
-    draw_motion,
-    draw_sensors,
-)
+from studies.readiness.starts import GRAVITY_M_S2, MOTIONS, RATE_HZ, Motion, draw_earth_field, draw_motion, draw_sensors
 
 BEFORE_S, AFTER_S = 60.0, 120.0
 SHOCK_M_S2 = 16 * GRAVITY_M_S2
@@ -54,8 +46,14 @@ class Event(NamedTuple):
     heading: bool = False  # the heading suffers, not the tilt
 
 
-def clip(samples: Samples) -> None:
-    samples.rate[samples.during] = np.clip(samples.rate[samples.during], -CLIP_RAD_S, CLIP_RAD_S)
+def changed(array: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Samples], None]:
+    """change: the samples of the event -> those instead."""
+
+    def damage(samples: Samples) -> None:
+        values = getattr(samples, array)
+        values[samples.during] = change(values[samples.during])
+
+    return damage
 
 
 def shock(samples: Samples) -> None:
@@ -81,25 +79,14 @@ def dead_axis(samples: Samples) -> None:
     samples.rate[samples.during, samples.rng.integers(3)] = 0
 
 
-def stuck_gyro(samples: Samples) -> None:
-    samples.rate[samples.during] = samples.rate[int(np.argmax(samples.during))]
-
-
 def bias_step(samples: Samples) -> None:
     """It stays to the end."""
     samples.rate[int(np.argmax(samples.during)) :] += BIAS_STEP_RAD_S * unit_vector(samples.rng)
 
 
-def stuck_field(samples: Samples) -> None:
-    samples.field[samples.during] = samples.field[int(np.argmax(samples.during))]
-
-
-def flipped_field(samples: Samples) -> None:
-    samples.field[samples.during, :2] *= -1
-
-
+clipped = changed("rate", lambda rate: np.clip(rate, -CLIP_RAD_S, CLIP_RAD_S))
 EVENTS = {
-    "gyro clipped for 10 s of fast motion": Event(10, clip, "fast turning"),
+    "gyro clipped for 10 s of fast motion": Event(10, clipped, "fast turning"),
     "16 g on one axis for 1 s": Event(1, shock),
     "16 g on one axis for 0.1 s": Event(0.1, shock),
     "16 g added on one axis for 1 s": Event(1, added_shock),
@@ -109,10 +96,10 @@ EVENTS = {
     "gap of 60 s": Event(1 / RATE_HZ, gap(60)),
     "gap of 1 h": Event(1 / RATE_HZ, gap(3600)),
     "gyro axis dead for 10 s": Event(10, dead_axis),
-    "gyro stuck for 10 s": Event(10, stuck_gyro),
+    "gyro stuck for 10 s": Event(10, changed("rate", lambda rate: rate[:1])),
     "gyro bias steps by 1 deg/s": Event(1 / RATE_HZ, bias_step, heading=True),
-    "field stuck for 20 s": Event(20, stuck_field, heading=True),
-    "field x and y flipped for 20 s": Event(20, flipped_field, heading=True),
+    "field stuck for 20 s": Event(20, changed("field", lambda field: field[:1]), heading=True),
+    "field x and y flipped for 20 s": Event(20, changed("field", lambda field: field * [-1, -1, 1]), heading=True),
 }
 
 
@@ -138,16 +125,10 @@ def simulated(name: str, seed: int) -> Samples:
         truth = Rotation.concatenate([truth[before], turn * truth[~before]])
     force = truth.apply(motion.acceleration(t_s) + [0, 0, GRAVITY_M_S2], inverse=True)
     field = truth.apply(np.tile(earth, (count, 1)), inverse=True)
-    shape = (count, 3)
-    samples = Samples(
-        t_s,
-        rate + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=shape),
-        force + sensors.accel_noise_m_s2 * rng.normal(size=shape),
-        field + sensors.mag_noise_tesla * rng.normal(size=shape),
-        truth,
-        during,
-        rng,
-    )
+    rate = rate + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=(count, 3))
+    force = force + sensors.accel_noise_m_s2 * rng.normal(size=(count, 3))
+    field = field + sensors.mag_noise_tesla * rng.normal(size=(count, 3))
+    samples = Samples(t_s, rate, force, field, truth, during, rng)
     event.damage(samples)
     return samples
 

@@ -40,9 +40,9 @@ def first_sample(index: int, sensor: str, options: Options) -> tuple[float, floa
     samples = np.array(getattr(recording, SENSORS[sensor]))
     strength = GRAVITY_M_S2 if sensor == "force" else float(np.linalg.norm(samples[0]))
     false = unit_vector(rng) * rng.uniform(0, MAX_STRENGTH) * strength
-    return error_deg(with_first(recording, sensor, false), options), error_deg(
-        with_first(recording, sensor, np.full(3, np.nan)), options
-    )
+    both = (with_first(recording, sensor, first) for first in (false, np.full(3, np.nan)))
+    with_it, without = (error_deg(start, options) for start in both)
+    return with_it, without
 
 
 def with_first(recording: Recording, sensor: str, first: np.ndarray) -> Recording:
@@ -52,9 +52,8 @@ def with_first(recording: Recording, sensor: str, first: np.ndarray) -> Recordin
 
 
 def error_deg(recording: Recording, options: Options) -> float:
-    run = Filter(options).run(
-        recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla, only=("q_nb",)
-    )
+    samples = recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla
+    run = Filter(options).run(*samples, only=("q_nb",))
     judged = slice(*(round(t_s * RATE_HZ) for t_s in JUDGED_S))
     total, _, _ = errors_rad(run.q_nb[judged], recording.needed("reference_q_nb")[judged])
     return float(np.degrees(np.sqrt(np.mean(total**2))))

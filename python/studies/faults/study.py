@@ -99,13 +99,8 @@ def event_table(found: pd.DataFrame, title: str) -> Table:
     for event, runs in found.groupby("event", sort=False):
         times = [_seconds(of(runs[name])) for name in ("settled_s", "peer_settled_s") for of in (np.median, np.max)]
         false = (f"{share:.1%}" for share in (runs.false_share.mean(), runs.false_share.max()))
-        table.add_row(
-            str(event),
-            "heading" if EVENTS[str(event)].heading else "tilt",
-            *times,
-            *false,
-            _seconds(np.median(runs.noticed_s), 2),
-        )
+        angle = "heading" if EVENTS[str(event)].heading else "tilt"
+        table.add_row(str(event), angle, *times, *false, _seconds(np.median(runs.noticed_s), 2))
     return table
 
 

@@ -74,9 +74,8 @@ def rows_part(most_rows: int) -> tuple[Table, Draw]:
 
 def filters_part(most_rows: int) -> tuple[Table, Draw]:
     found = pd.DataFrame(measures.of_filters((1, 10, 100, 1000), samples=min(200_000, most_rows)))
-    kb = found.kb_per_filter.map("{:.0f}".format).where(
-        found.filters >= 100, ""
-    )  # of few filters less than memory is measured by
+    # Few filters take less than memory is measured by.
+    kb = found.kb_per_filter.map("{:.0f}".format).where(found.filters >= 100, "")
     title, heads = "AHRS in closed form side by side, ten rows in turn", "filters | us a sample | kB a filter"
     table = table_of(title, heads, "{filters} | {us_per_sample:.2f} | {kb}", found.assign(kb=kb))
     return table, lambda path: draw_lines(path, found.filters, {"us a sample": found.us_per_sample}, "filters")

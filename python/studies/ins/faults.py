@@ -252,9 +252,8 @@ def flown(folder: Path, part: float) -> Drive:
     axes = earth.axes_at(place)
     attitude = Rotation.from_quat(np.where(known[:, None], clean.q_nb, clean.q_nb[-1]), scalar_first=True)
     velocity_e = np.einsum("nij,nj->ni", axes, np.where(known[:, None], clean.velocity_n_m_s, 0.0))
-    return Drive(
-        samples, Truth(clean.t_s, earth.position_of(place), velocity_e, Rotation.from_matrix(axes) * attitude), "consumer", {}
-    )
+    truth = Truth(clean.t_s, earth.position_of(place), velocity_e, Rotation.from_matrix(axes) * attitude)
+    return Drive(samples, truth, "consumer", {})
 
 
 def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[dict[str, Any]]:

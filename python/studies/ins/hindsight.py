@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,8 +12,7 @@ from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array, BoolArray
 from studies.ins.faults import FAULTS
-from studies.ins.vehicles import Truth, starts_of, vehicle
-from studies.processes import in_order
+from studies.ins.vehicles import Truth, vehicle
 
 OUTAGE_S = (90.0, 120.0)
 LENGTH_S = 150.0
@@ -37,11 +35,8 @@ def compared(kind: str, grade: str, seed: int) -> Array:
     again = (smoothed.phase == PHASES.index("navigating")) & ~known
     middle = known & (np.abs(filtered.t_s - 0.5 * (begin + end)) < 5)
     nothing = np.zeros_like(known)  # the heading is not found before
-    means = [
-        [mean_squares(run, truth, rows) for rows in (before, known, middle)]
-        for run, before in ((filtered, nothing), (smoothed, again))
-    ]
-    return np.array(means)
+    runs = ((filtered, nothing), (smoothed, again))
+    return np.array([[mean_squares(run, truth, rows) for rows in (before, known, middle)] for run, before in runs])
 
 
 def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
@@ -56,11 +51,6 @@ def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
     z, z_turned = off / run.sigma_position_m[rows], turned / run.sigma_rotation_rad[rows]
     columns = (turned[:, 2:], turned[:, :2], off[:, :2], z_turned[:, 2:], z_turned[:, :2], z)
     return np.array([np.mean(column**2) for column in columns])
-
-
-def starts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[Array]:
-    """The starts of a seed, in their order."""
-    return in_order(partial(compared, kind, grade), starts_of(seed, runs), workers, 4)
 
 
 def summary(of: Sequence[Array]) -> Array:

@@ -42,6 +42,14 @@ def stairs(rng: np.random.Generator, t: Array, levels: Levels, hold_s: tuple[flo
     return values
 
 
+def turned_on(start: Rotation, turns: Rotation) -> Rotation:
+    """n + 1 attitudes: a start, and each of n turns about body axes after it."""
+    found = [start]
+    for turn in turns:
+        found.append(found[-1] * turn)
+    return Rotation.concatenate(found)
+
+
 Motion = tuple[Array, Rotation]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,7 +26,8 @@ from studies.ins.flight import JUDGED_S, STARTS, Flight
 from studies.ins.hands import LAST_S, LENGTH_S, WAYS, minutes, trials
 from studies.ins.motions import AT_REST
 from studies.ins.rules import RULES, library_without
-from studies.ins.vehicles import latitude_at_rest
+from studies.ins.vehicles import latitude_at_rest, starts_of
+from studies.processes import in_order
 
 
 def command(
@@ -102,11 +104,8 @@ def starts_table(
     kinds: list[str], conditions: list[str], grade: str, runs: int, seed: int, workers: int, magnetometer: bool
 ) -> Table:
     """A row for each kind under each condition, with a progress bar; magnetometer: and one with it."""
-    out = titled_table(
-        f"{grade}, seed {seed}: first heading_ready, and the end",
-        "kind",
-        "runs | ready | median | 95 % | false | heading rms at the end | stated | z2 | position z2 | tilt z2 after 5 s | at the end",
-    )
+    heads = "runs | ready | median | 95 % | false | heading rms at the end | stated | z2 | position z2 | tilt z2 after 5 s | at the end"
+    out = titled_table(f"{grade}, seed {seed}: first heading_ready, and the end", "kind", heads)
     for kind, field, met in product(kinds, (False, True) if magnetometer else (False,), conditions):
         name = ", ".join(filter(None, (kind, "magnetometer" if field else "", CONDITIONS[met].text)))
         f = figures(tracked(experiment(kind, grade, runs, seed, workers, field, met), name, runs))
@@ -123,18 +122,14 @@ def _heading(f: dict[str, Any]) -> list[str]:
 def north_table(runs: int, seed: int, workers: int) -> Table:
     """A row for each base and grade."""
     title = f"{runs} starts each, seed {seed}, {DURATIONS_S['rest']:g} s at rest: north by the rate of the Earth"
-    out = titled_table(
-        title,
-        "base | grade",
-        "ready | median | false | heading rms at the end | stated | z2 | bias over Earth's rate | rms over that",
-    )
+    heads = "ready | median | false | heading rms at the end | stated | z2 | bias over Earth's rate | rms over that"
+    out = titled_table(title, "base | grade", heads)
     for kind, grade in (*((kind, "navigation") for kind in AT_REST), ("rest", "tactical")):
         f = figures(experiment(kind, grade, runs, seed, workers))
         due = np.degrees(Options("ins", grade).start_sigma_gyro_bias_rad_s / (earth.RATE_RAD_S * np.cos(latitude_at_rest(kind))))
         z2, over_due = f"{f['heading_z2']:.2f}", f"{f['rms_end'] / due:.2f}"
-        out.add_row(
-            kind, grade, f"{f['ready']} of {f['runs']}", after(f["median_s"]), *_heading(f), z2, f"{due:.3g} deg", over_due
-        )
+        ready = f"{f['ready']} of {f['runs']}", after(f["median_s"])
+        out.add_row(kind, grade, *ready, *_heading(f), z2, f"{due:.3g} deg", over_due)
     return out
 
 
@@ -144,7 +139,7 @@ def tilt_table(runs: int, seed: int, workers: int) -> Table:
     times = " | ".join(f"{after_s:g} s" for after_s in tilted.AFTER_S)
     out = titled_table(title, "kind | grade", f"{times} | all rows | falsely ready")
     for kind, grade in product(tilted.KINDS, INS_PRESETS):
-        *z2, false_share = zip(*tilted.tilts(kind, grade, runs, seed, workers))
+        *z2, false_share = zip(*in_order(partial(tilted.tilt, kind, grade), starts_of(seed, runs), workers, 4))
         out.add_row(kind, grade, *(f"{np.mean(values):.2f}" for values in z2), f"{100 * np.nanmean(false_share):.2f} %")
     return out
 
@@ -156,13 +151,8 @@ def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
     for name, car in wheels.CARS.items():
         for length, of in wheels.outages(name, grade, runs, seed, workers).groupby("length_s"):
             error = of.error_m
-            cells = (
-                f"{np.sqrt(np.mean(error**2)):.2f} m",
-                f"{error.median():.2f} m",
-                f"{error.max():.1f} m",
-                f"{of.z2.mean():.2f}",
-            )
-            out.add_row(car.text if car else "none", f"{length:g} s", *cells)
+            rms, median, worst = f"{np.sqrt(np.mean(error**2)):.2f} m", f"{error.median():.2f} m", f"{error.max():.1f} m"
+            out.add_row(car.text if car else "none", f"{length:g} s", rms, median, worst, f"{of.z2.mean():.2f}")
     return out
 
 
@@ -173,7 +163,8 @@ def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers:
         for column in (f"{name}: filter", "smoother", "z2", "smoother"):
             out.add_column(column, justify="right", no_wrap=True)
     for kind in kinds:
-        figures_of = hindsight.summary(list(hindsight.starts(kind, grade, runs, seed, workers)))
+        starts = in_order(partial(hindsight.compared, kind, grade), starts_of(seed, runs), workers, 4)
+        figures_of = hindsight.summary(list(starts))
         for part, name in enumerate(hindsight.PARTS):
             cells = []
             for i, unit in enumerate(("deg", "deg", "m")):
@@ -191,13 +182,8 @@ def flight_table(flight: Flight) -> Table:
         f"the reference is stamped {flight.late_s:.2f} s late"
     )
     title = f"{STARTS} starts in flight, {JUDGED_S:g} to {flights.LENGTH_S:g} s after each"
-    out = titled_table(
-        title,
-        "latency of the satellites",
-        "rms median | rms worst | mean | ready | ready after: median | false",
-        caption=caption,
-        caption_justify="left",
-    )
+    heads = "rms median | rms worst | mean | ready | ready after: median | false"
+    out = titled_table(title, "latency of the satellites", heads, caption=caption, caption_justify="left")
     none: dict[str, object] = {"start_sigma_latency_s": 0.0}
     for name, options in (("estimated", {}), ("none", none)):
         starts = flight.starts(**options)
@@ -212,11 +198,8 @@ def hands_table(folder: Path, workers: int) -> Table:
     if not trials(folder):
         raise UsageError(f"--hands {folder}: there is no .hdf5 of a BROAD trial that moves about")
     title = f"{LENGTH_S:g} s of a hand's motion each, consumer preset: the heading"
-    out = titled_table(
-        title,
-        "positions",
-        f"minutes | rms of the last {LAST_S:g} s: median | worst | stated | z2 | ready | false | smoothed | whole minute: median | worst | z2",
-    )
+    heads = f"minutes | rms of the last {LAST_S:g} s: median | worst | stated | z2 | ready | false"
+    out = titled_table(title, "positions", f"{heads} | smoothed | whole minute: median | worst | z2")
     for fixes in WAYS:
         of = minutes(folder, fixes, workers)
         rms, stated, after = (np.degrees(of[name]) for name in ("rms", "stated", "smoothed_rms"))

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
-
 import numpy as np
 
 from hnav.filters.ins import Ins
 from hnav.native.arrays import BoolArray
 from studies.ins.experiment import DURATIONS_S, EVERY, LARGEST, tilt_errors
-from studies.ins.vehicles import receiver, starts_of, vehicle
-from studies.processes import in_order
+from studies.ins.vehicles import receiver, vehicle
 
 AFTER_S = (5.0, 15.0, 30.0, 60.0, 120.0, 180.0, 225.0)  # after the tilt is found
 KINDS = ("train", "hover")
@@ -31,8 +27,3 @@ def tilt(kind: str, grade: str, seed: int) -> list[float]:
     since_s = run.t_s[found] - run.t_s[found][0]
     false: BoolArray = np.any(np.abs(error) > np.maximum(5 * sigma, np.radians(1)), axis=1, keepdims=True)
     return [*z2[np.searchsorted(since_s, AFTER_S)], z2.mean(), false[run.ready[found, 0]].mean()]
-
-
-def tilts(kind: str, grade: str, runs: int, seed: int, workers: int) -> Iterator[list[float]]:
-    """Of the starts of a seed, in their order."""
-    return in_order(partial(tilt, kind, grade), starts_of(seed, runs), workers, 4)

@@ -104,10 +104,8 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magneto
     sensors = Options("ins", grade)
     rate, force = real(rng, rate, force, sensors)
     if kind in VIBRATION:
-        share = rng.uniform(0.1, 1)
-        rate, force = (
-            y + share * size * shaken(rng, y.shape, sensors.vibration_share) for y, size in zip((rate, force), VIBRATION[kind])
-        )
+        sizes = rng.uniform(0.1, 1) * np.array(VIBRATION[kind])
+        rate, force = (y + size * shaken(rng, y.shape, sensors.vibration_share) for y, size in zip((rate, force), sizes))
     begin = int(WARM_S * RATE_HZ)
     aids = satellites(rng, truth, begin, receiver(kind)) if kind not in AT_REST else Aids()
     kept = slice(begin, None)

@@ -70,9 +70,8 @@ def drive(name: str, grade: str, seed: int) -> list[tuple[float, float, float]]:
     if car is not None:
         speed, rate, force = sensed(car, samples, truth, np.random.default_rng(seed))
         aids.speed(samples.t_s[::STEP], speed, SIGMA_M_S)
-    run = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else CAR_ACROSS_M_S).run(
-        samples.t_s, rate, force, aids
-    )
+    ins = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else CAR_ACROSS_M_S)
+    run = ins.run(samples.t_s, rate, force, aids)
     ends = np.searchsorted(samples.t_s, [begin + length for begin, length in begins]) - 1
     off = earth.position_of(run.place[ends]) - truth.position_e[ends]
     off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place[ends]), off)[:, :2]

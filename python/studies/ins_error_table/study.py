@@ -258,10 +258,8 @@ def consistency_table(both: Sequence[Flown]) -> Table:
         table.add_column(column, justify="left" if column == "filter" else "right")
     for name in NAMES:
         nees = [" ".join(f"{np.mean(f.results[name].nees[:, s]) / 4:.2f}" for f in both) for s in (BEFORE, FAULT)]
-        ratios = [
-            np.concatenate([f.results[name].rmse(s).mean(0) / f.results[ORACLE].rmse(s).mean(0) for f in both])
-            for s in (FAULT, AFTER)
-        ]
+        of_both = [(f.results[name], f.results[ORACLE]) for f in both]
+        ratios = [np.concatenate([one.rmse(s).mean(0) / best.rmse(s).mean(0) for one, best in of_both]) for s in (FAULT, AFTER)]
         table.add_row(name, *nees, *(f"{f(ratio):.3f}" for ratio in ratios for f in (np.mean, np.max)))
     return table
 

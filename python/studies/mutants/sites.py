@@ -22,16 +22,8 @@ LEFT_OUT = {
 }  # fmt: skip
 COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
 SHORTER = {"<": "+ 1 ==", "<=": "==", ">": "== 1 +", ">=": "=="}
-OTHER_CALL = {
-    "fmax": "fmin",
-    "fmin": "fmax",
-    "max": "min",
-    "min": "max",
-    "sin": "cos",
-    "cos": "sin",
-    "floor": "ceil",
-    "ceil": "floor",
-}
+_PAIRS = (("fmax", "fmin"), ("max", "min"), ("sin", "cos"), ("floor", "ceil"))
+OTHER_CALL = {name: other for pair in _PAIRS for name, other in (pair, pair[::-1])}
 
 
 @dataclass(frozen=True)
@@ -88,9 +80,8 @@ def plain(node: Node) -> str:
 
 def statement_of(node: Node) -> Node:
     """The statement or declaration around a node; the condition of an if, not what it guards."""
-    while node.parent and not (
-        node.type.endswith("statement") or node.type in ("declaration", "field_initializer", "condition_clause")
-    ):
+    whole = ("declaration", "field_initializer", "condition_clause")
+    while node.parent and not (node.type.endswith("statement") or node.type in whole):
         node = node.parent
     return node
 
@@ -181,17 +172,8 @@ def of_binary(node: Node) -> Iterator[Change]:
 
 
 def chosen(left: Node, right: Node, other: str, sign: str) -> tuple[Piece, ...]:
-    return (
-        "(hnav_mutant<{k}>() ? (",
-        span(left),
-        f") {other} (",
-        span(right),
-        ") : (",
-        span(left),
-        f") {sign} (",
-        span(right),
-        "))",
-    )
+    a, b = span(left), span(right)
+    return "(hnav_mutant<{k}>() ? (", a, f") {other} (", b, ") : (", a, f") {sign} (", b, "))"
 
 
 def of_assignment(node: Node) -> Iterator[Change]:
@@ -217,32 +199,21 @@ def of_unary(node: Node) -> Iterator[Change]:
 
 def of_constant(node: Node) -> Iterator[Change]:
     if node.type in ("true", "false"):
-        yield Change(
-            node,
-            "constant",
-            f"{plain(node)} -> its contrary in {plain(statement_of(node))[:100]}",
-            ("(hnav_mutant<{k}>() != ", span(node), ")"),
-        )
+        says = f"{plain(node)} -> its contrary in {plain(statement_of(node))[:100]}"
+        yield Change(node, "constant", says, ("(hnav_mutant<{k}>() != ", span(node), ")"))
     elif node.type == "number_literal":
         text = plain(node)
         if re.fullmatch(r"\d+", text):
-            factor = (
-                node.parent is not None
-                and node.parent.type == "binary_expression"
-                and plain(part(node.parent, "operator")) in "*/"
-            )
+            around = node.parent
+            factor = around is not None and around.type == "binary_expression" and plain(part(around, "operator")) in "*/"
             # Downwards: it may be an index.
             other = str(2 * int(text) if factor and int(text) else int(text) - 1 if int(text) else 1)
         elif re.fullmatch(r"[\d.]+(e-?\d+)?", text):
             other = "1.0" if float(text) == 0 else repr(2 * float(text))
         else:
             return
-        yield Change(
-            node,
-            "constant",
-            f"{text} -> {other} in {plain(statement_of(node))[:100]}",
-            (f"(hnav_mutant<{{k}}>() ? {other} : {text})",),
-        )
+        says = f"{text} -> {other} in {plain(statement_of(node))[:100]}"
+        yield Change(node, "constant", says, (f"(hnav_mutant<{{k}}>() ? {other} : {text})",))
 
 
 def of_call(node: Node) -> Iterator[Change]:
@@ -258,9 +229,6 @@ def of_call(node: Node) -> Iterator[Change]:
 
 def of_statement(node: Node) -> Iterator[Change]:
     """A call or an assignment that is left out."""
-    if (
-        node.type == "expression_statement"
-        and node.children
-        and node.children[0].type in ("call_expression", "assignment_expression", "update_expression")
-    ):
+    left_out = ("call_expression", "assignment_expression", "update_expression")
+    if node.type == "expression_statement" and node.children and node.children[0].type in left_out:
         yield Change(node, "statement", f"{plain(node)} -> left out", ("{ if (!hnav_mutant<{k}>()) ", span(node), " }"))

@@ -58,11 +58,7 @@ def unscented(y: Array) -> tuple[Array, Array, Array]:
 def results(runs: int = RUNS) -> list[dict[str, Any]]:
     """Of all filters on the same samples, whose loss is the absolute value of a Gaussian number. nees, rms: at the end, rms of
     the loss in 1/s; negative: percent of all samples at which the estimated loss is below 0."""
-    filters = {
-        "hnav, min = 0": observed(0.0),
-        "hnav, no bound": observed(-math.inf),
-        "filterpy UKF, no bound": unscented,
-    }
+    filters = {"hnav, min = 0": observed(0.0), "hnav, no bound": observed(-math.inf), "filterpy UKF, no bound": unscented}
     made = []
     for name, run in filters.items():
         rng, squares, errors, negative = np.random.default_rng(3), [], [], []

@@ -52,10 +52,8 @@ def all_figures() -> Iterator[tuple[Figures, Callable[[Plant | Path], tuple[floa
     sigmas = (("    sigma of h over that of 20 000 samples", "1"), ("    sigma of v", "1"))
     yield (("linear decay: off its Kalman filter, in sigma", "0"),), beside_kalman, plants_of("Dahlquist", decay)
     yield (
-        (("a bounce: mean of h off that of 20 000 samples, in sigma", "0"), *sigmas),
-        bounced,
-        plants_of("BouncingBall", events.ball()),
-    )
+        (("a bounce: mean of h off that of 20 000 samples, in sigma", "0"), *sigmas), bounced, plants_of("BouncingBall", events.ball()),
+    )  # fmt: skip
     yield (("a ceiling hardly reached: mean of h, in sigma", "0"), *sigmas), grazed, {"functions": ceiling()}
     yield (
         (("a ball after 1.5 s: rms error of its restitution", ""), normalised), restitution,
@@ -64,7 +62,7 @@ def all_figures() -> Iterator[tuple[Figures, Callable[[Plant | Path], tuple[floa
     yield (("a room after 5 h: rms error of its loss", ""), normalised), loss, plants_of("HeatedRoom", None)
     yield (
         (("stiff oscillator through its jumps: NIS by sigma points", "1"), ("    by derivatives", "1")), stiff_nis,
-        plants_of("VanDerPol", stiff_oscillator()),
+        plants_of("VanDerPol", smooth.in_python(STIFF)),
     )  # fmt: skip
 
 
@@ -86,15 +84,6 @@ def ceiling() -> Plant:
         lambda t, x, u, p: (x[1], -events.GRAVITY), lambda t, x, u, p: x[0],
         states={"h": 0.5, "v": math.sqrt(events.GRAVITY)}, sensors=["h"], indicators=lambda t, x, u, p: 1 - x[0],
         event=lambda t, x, u, p: (x[0], -0.7 * x[1] - 1) if x[0] >= 1 and x[1] > 0 else x,
-    )  # fmt: skip
-
-
-def stiff_oscillator() -> Plant:
-    """Van der Pol's, mu = 1000."""
-    return Plant(
-        lambda t, x, u, p: (x[1], STIFF * (1 - x[0] * x[0]) * x[1] - x[0]), lambda t, x, u, p: x[0],
-        states={"x0": 2.0, "x1": 0.0}, sensors=["x0"],
-        jacobian=lambda t, x, u, p: ((0, 1), (-2 * STIFF * x[0] * x[1] - 1, STIFF * (1 - x[0] * x[0]))),
     )  # fmt: skip
 
 
@@ -130,9 +119,8 @@ def bounced(plant: Plant | Path) -> tuple[float, ...]:
     h, v = (np.random.default_rng(1).standard_normal((SAMPLES, 2)) * [0.02, 0.1] + [1, 0]).T
     hit_s = (v + np.sqrt(v * v + 2 * events.GRAVITY * h)) / events.GRAVITY
     up, left_s = -0.7 * (v - events.GRAVITY * hit_s), 0.7 - hit_s
-    return beside_samples(
-        plan, 0.7, np.column_stack([up * left_s - 0.5 * events.GRAVITY * left_s**2, up - events.GRAVITY * left_s])
-    )
+    truth = np.column_stack([up * left_s - 0.5 * events.GRAVITY * left_s**2, up - events.GRAVITY * left_s])
+    return beside_samples(plan, 0.7, truth)
 
 
 def grazed(plant: Plant | Path) -> tuple[float, ...]:
@@ -155,9 +143,7 @@ def restitution(plant: Plant | Path) -> tuple[float, ...]:
     for seed in range(RUNS):
         truth, y = events.truth_and_samples(case, np.random.default_rng(seed))
         start = 0.7 + float(np.clip(0.05 * np.random.default_rng(10**6 + seed).standard_normal(), -0.15, 0.13))
-        plan = Plan(plant).sensor("h", noise=0.01).parameter("e", start=start, start_sigma=0.05)
-        for name, sigma, noise in zip(case.start, case.sigma, case.noise):
-            plan.state(name, start=case.start[name], start_sigma=sigma, noise=noise)
+        plan = events.plan_of(case).parameter("e", start=start, start_sigma=0.05)
         run = Observer(plan, start_mode="given").run(case.interval_s * np.arange(1, len(y) + 1), {"h": y})
         pairs.append((run.x["e"][-1] - 0.7, run.sigma["e"][-1]))
     return errors(pairs)

@@ -43,11 +43,11 @@ def oscillator(plant: Plant | Path, start: Array) -> Plan:
     return plan
 
 
-def in_python() -> Plant:
+def in_python(mu: float = 1.0) -> Plant:
     """The same as functions."""
     return Plant(
-        lambda t, x, u, p: (x[1], (1 - x[0] * x[0]) * x[1] - x[0]), lambda t, x, u, p: x[0], states={"x0": 2.0, "x1": 0.0},
-        sensors=["x0"], jacobian=lambda t, x, u, p: ((0, 1), (-2 * x[0] * x[1] - 1, 1 - x[0] * x[0])),
+        lambda t, x, u, p: (x[1], mu * (1 - x[0] * x[0]) * x[1] - x[0]), lambda t, x, u, p: x[0], states={"x0": 2.0, "x1": 0.0},
+        sensors=["x0"], jacobian=lambda t, x, u, p: ((0, 1), (-2 * mu * x[0] * x[1] - 1, mu * (1 - x[0] * x[0]))),
     )  # fmt: skip
 
 

@@ -27,6 +27,7 @@ from hnav.systems.simulation import simulate
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, contenders
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import benchmark, summary
+from studies.command import check_choices
 from studies.pictures.circle import draw_circle
 from studies.pictures.hybrid import draw_hybrid
 from studies.pictures.overview import draw_overview
@@ -63,12 +64,8 @@ def draw_aircraft() -> plots.Figure:
     return picture_of(estimates_of([faulty[0], healthy[0]]), run)
 
 
-FROM_RECORDINGS: dict[str, Callable[[Path], Picture]] = {
-    "overview": draw_overview,
-    "page": draw_page,
-    "hybrid": draw_hybrid,
-    "bench": draw_bench,
-}
+FROM_RECORDINGS: dict[str, Callable[[Path], Picture]]
+FROM_RECORDINGS = {"overview": draw_overview, "page": draw_page, "hybrid": draw_hybrid, "bench": draw_bench}
 FROM_SYSTEMS: dict[str, Callable[[], Picture]] = {"report": draw_report, "aircraft": draw_aircraft, "circle": draw_circle}
 NAMES = (*FROM_RECORDINGS, *FROM_SYSTEMS)
 
@@ -81,9 +78,7 @@ def command(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the PNG files")] = CHECKOUT / "docs" / "images",
 ) -> None:
     """Draws the pictures of README and docs."""
-    for name in names or ():
-        if name not in NAMES:
-            raise UsageError(f"there is no picture {name}: choose from {', '.join(NAMES)}")
+    check_choices("there is no picture", names or (), NAMES)
     folder = broad or (Path(os.environ["BROAD_DIR"]) if os.environ.get("BROAD_DIR") else None)
     for name in names or NAMES:
         if name in FROM_SYSTEMS:

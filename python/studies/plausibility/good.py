@@ -14,9 +14,8 @@ from hnav.simulation.turntable import Truth
 from hnav.units import G_M_S2
 
 RATE_HZ = 100.0
-Motion = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  # rates of the body, its acceleration and changes of the field in north-east-down
+Motion = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Rates of the body, its acceleration and changes of the field in north-east-down."""
 
 
 def _wander(rng: np.random.Generator, n: int, corner_hz: float, sizes: tuple[float, float, float]) -> np.ndarray:
@@ -48,11 +47,8 @@ def pocket(rng: np.random.Generator, n: int) -> Motion:
 def vehicle(rng: np.random.Generator, n: int) -> Motion:
     """Bends, braking, vibration, steel that passes."""
     rate = _wander(rng, n, 0.15, (0.01, 0.01, 0.15)) + _wander(rng, n, 5.0, (0.02, 0.02, 0.005))
-    return (
-        rate,
-        _wander(rng, n, 0.2, (1.2, 1.0, 0.1)) + _wander(rng, n, 30.0, (0.4, 0.4, 0.6)),
-        _wander(rng, n, 0.5, (2e-6, 2e-6, 2e-6)),
-    )
+    acceleration = _wander(rng, n, 0.2, (1.2, 1.0, 0.1)) + _wander(rng, n, 30.0, (0.4, 0.4, 0.6))
+    return rate, acceleration, _wander(rng, n, 0.5, (2e-6, 2e-6, 2e-6))
 
 
 def still(rng: np.random.Generator, n: int) -> Motion:
@@ -60,12 +56,8 @@ def still(rng: np.random.Generator, n: int) -> Motion:
     return np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
 
 
-MOTIONS: dict[str, Callable[[np.random.Generator, int], Motion]] = {
-    "hand": hand,
-    "pocket": pocket,
-    "vehicle": vehicle,
-    "still": still,
-}
+MOTIONS: dict[str, Callable[[np.random.Generator, int], Motion]]
+MOTIONS = {"hand": hand, "pocket": pocket, "vehicle": vehicle, "still": still}
 
 
 def good_recording(motion: str, grade: str, seed: int, duration_s: float = 40.0) -> Recording:

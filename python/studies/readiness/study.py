@@ -56,18 +56,10 @@ class Start:
         return self.wrong and self.ready_s >= self.field_true_s
 
 
-def judge(
-    index: int,
-    filter: str,
-    settings: dict[str, str],
-    seed: int = 1,
-    hidden: bool = False,
-    every_error: bool = False,
-    place: bool = False,
-) -> Start:
+def judge(index: int, filter: str, settings: dict[str, str], seed: int = 1, place: bool = False, **made: bool) -> Start:
     """Runs a filter over start `index` and looks at the first instant of heading_ready. place: the filter is given strength and dip
-    of the earth's field. Raises HnavError."""
-    simulated = simulated_start(index, seed, hidden=hidden, every_error=every_error)
+    of the earth's field; made: as of simulated_start. Raises HnavError."""
+    simulated = simulated_start(index, seed, **made)
     recording, motion, disturbance, field_true_s, _, earth = simulated
     given = field_settings(earth) if place else {}
     result = run_recording(recording, filter, settings={"gyro_hold": "backward", **given, **settings, "navigation_frame": "enu"})
@@ -92,18 +84,11 @@ def field_settings(earth_tesla: np.ndarray) -> dict[str, str]:
 
 
 def experiment(
-    starts: int,
-    filter: str,
-    settings: dict[str, str],
-    seed: int = 1,
-    workers: int = 1,
-    hidden: bool = False,
-    every_error: bool = False,
-    place: bool = False,
+    starts: int, filter: str, settings: dict[str, str], seed: int = 1, workers: int = 1, **how: bool
 ) -> Iterator[Start]:
-    """One start after the other, in order; the same whatever the number of workers. Raises HnavError."""
+    """One start after the other, in order; the same whatever the number of workers. how: as of judge. Raises HnavError."""
     Options(filter, **{"gyro_hold": "backward", **settings})
-    run = partial(judge, filter=filter, settings=settings, seed=seed, hidden=hidden, every_error=every_error, place=place)
+    run = partial(judge, filter=filter, settings=settings, seed=seed, **how)
     yield from in_order(run, range(starts), workers, CHUNK)
 
 
@@ -141,12 +126,10 @@ def command(
     csv_file: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="write a row for each start")] = None,
 ) -> None:
     """Simulates starts and prints how often, and when, a filter reports `heading ready` while its attitude is wrong."""
-    trials = experiment(starts, filter, parse_settings(settings), seed, workers, hidden, every_error, place)
-    done = list(tracked(trials, "starts", starts))
-    title = (
-        f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; wrong: total error above 3 sigma and 5 deg"
-    )
-    show(table(done, title), width=180)
+    how = dict(hidden=hidden, every_error=every_error, place=place)
+    done = list(tracked(experiment(starts, filter, parse_settings(settings), seed, workers, **how), "starts", starts))
+    wrong = "wrong: total error above 3 sigma and 5 deg"
+    show(table(done, f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; {wrong}"), width=180)
     if csv_file:
         write_rows(csv_file, map(row_of, done))
         say(str(csv_file))
@@ -162,9 +145,8 @@ def table(starts: Sequence[Start], title: str) -> Table:
         if not group:
             return
         f = figures(group)
-        shares = "{starts} | {wrong_share:.1%} | {wrong_low:.1%} to {wrong_high:.1%} | {wrong_in_true_field_share:.1%}".format(
-            **f
-        )
+        template = "{starts} | {wrong_share:.1%} | {wrong_low:.1%} to {wrong_high:.1%} | {wrong_in_true_field_share:.1%}"
+        shares = template.format(**f)
         error = "" if np.isnan(f["median_error_deg"]) else f"{f['median_error_deg']:.1f} deg"
         z2 = ", ".join(f"{z2:.2g}" for z2 in f["heading_z2"])
         times = after(f["median_s"]), after(f["late_s"]), f"{f['never_share']:.1%}"

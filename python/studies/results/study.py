@@ -19,6 +19,7 @@ from hnav.cli.console import say
 from hnav.cli.words import UsageError
 from hnav.io.outputs import write_files
 from hnav.places import CHECKOUT
+from studies.command import check_choices
 from studies.results.tables import json_text, read_printed
 
 TRIALS, FLIGHT = "DIR", "FLIGHT"
@@ -56,9 +57,7 @@ def command(
     folder: Annotated[Path, typer.Option(metavar="DIR", help="Where NAME.json is written")] = RESULTS,
 ) -> None:
     """Measures, and writes docs/results/NAME.json for each measurement."""
-    for name in names or ():
-        if name not in SECTIONS:
-            raise UsageError(f"there is no measurement {name}: choose from {', '.join(SECTIONS)}")
+    check_choices("there is no measurement", names or (), SECTIONS)
     chosen = names or [name for name, section in SECTIONS.items() if section.quick or everything]
     for name in chosen:
         section = SECTIONS[name]
@@ -67,12 +66,9 @@ def command(
             continue
         say(f"{name}: ./run {section.command}")
         result = {
-            "title": section.title,
-            "says": section.says,
-            "commands": [section.command],
-            "when": circumstances(),
+            "title": section.title, "says": section.says, "commands": [section.command], "when": circumstances(),
             "printed": read_printed(answer_of(section)),
-        }
+        }  # fmt: skip
         write_files({folder / f"{name}.json": json_text(result)})
 
 

@@ -73,10 +73,7 @@ def table_of(program: Path, samples: Path, rows: int) -> Table:
     return table
 
 
-def command(
-    rows: Rows = ROWS,
-    checkout: Checkout = CHECKOUT,
-) -> None:
+def command(rows: Rows = ROWS, checkout: Checkout = CHECKOUT) -> None:
     """Instructions and CPU time of a sample, beside VQF and Fusion, all in C or C++."""
     WORK.mkdir(parents=True, exist_ok=True)
     samples = WORK / "samples.bin"
