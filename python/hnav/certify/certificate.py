@@ -117,10 +117,8 @@ def printed_theorem(record: GainRecord) -> PrintedTheorem:
     gain = max(np.linalg.norm(c.K, 2) for c in record.corrections)
     d = np.log1p(2 * gain * np.sqrt(8.0))
     T = np.median([c.interval_s for c in record.corrections])
-    flow = -max(
-        np.linalg.eigvals(flow_matrix(c.turns[-1][0])).real.max()
-        for c in record.corrections[:: max(1, len(record.corrections) // 50)]
-    )
+    some = record.corrections[:: max(1, len(record.corrections) // 50)]
+    flow = -max(np.linalg.eigvals(flow_matrix(c.turns[-1][0])).real.max() for c in some)
     return PrintedTheorem(float(d), float(d / T), 0.0 if abs(flow) < 1e-12 else float(flow), bool(flow > d / T))
 
 
@@ -331,12 +329,10 @@ def _measure_intervals(found: Certificate, inequality: SampledDataInequality, rh
 
     def mixed(t: float) -> Solution | None:
         answer = inequality.and_interval(t).solve(0.0, 0.0)
-        between = np.linspace(T, t, BETWEEN + 2)[1:-1]
-        if answer is None or any(
-            inequality.with_interval(x).smallest_eigenvalues(answer[0], answer[1], 0.0, 0.0).min() < 0 for x in between
-        ):
+        if answer is None:
             return None
-        return answer
+        between = (inequality.with_interval(x) for x in np.linspace(T, t, BETWEEN + 2)[1:-1])
+        return None if any(at.smallest_eigenvalues(*answer[:2], 0.0, 0.0).min() < 0 for at in between) else answer
 
     def constant(t: float, radius: float) -> Solution | None:
         changed = inequality.with_interval(t)

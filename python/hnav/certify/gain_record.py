@@ -143,9 +143,8 @@ class WatchedReference(HrekfEquations):
         o = self.options
         u = np.zeros(3) if self.rate is None else self.rate - self.b
         noise = np.zeros((7, 7))
-        noise[:4, :4] = (
-            0.25 * o.gyro_noise_rad_per_sqrt_s** 2 * VECTOR_PART @ VECTOR_PART.T + o.quaternion_noise_per_sqrt_s** 2 * np.eye(4)
-        )
+        noise[:4, :4] = 0.25 * o.gyro_noise_rad_per_sqrt_s**2 * VECTOR_PART @ VECTOR_PART.T
+        noise[:4, :4] += o.quaternion_noise_per_sqrt_s**2 * np.eye(4)
         noise[4:, 4:] = self.Q_b
         self.turns.append((C_bn(self.q).T @ u, interval_s))
         q_next = quaternion_product(self.q, quaternion_exp(0.5 * interval_s * u[None])[0])

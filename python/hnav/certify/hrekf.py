@@ -78,9 +78,9 @@ def measurement(q: Numbers, reference_n: Numbers) -> tuple[Numbers, Numbers]:
 
 def accel_gate(o: Options) -> float:
     """NIS beyond which the noise of force is inflated: as given, or by the noise."""
-    return (
-        o.accel_gate_nis if o.accel_gate_nis >= 0 else float(np.clip(0.13 * (0.115 / o.accel_noise_per_sqrt_hz) ** 2, 0.13, 13.9))
-    )
+    if o.accel_gate_nis >= 0:
+        return float(o.accel_gate_nis)
+    return float(np.clip(0.13 * (0.115 / o.accel_noise_per_sqrt_hz) ** 2, 0.13, 13.9))
 
 
 # --------------------------------------------------------------------------------------------- the robust law

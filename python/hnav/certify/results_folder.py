@@ -75,9 +75,8 @@ def filter_of_run(folder: Path, component: str = "hrekf") -> tuple[str, dict[str
     """
     path = folder / ABOUT
     if not path.is_file():
-        raise RecordingError(
-            f"{path}: file not found: the simulation is not whole; simulate again, or name the filter by --preset"
-        )
+        cure = "simulate again, or name the filter by --preset"
+        raise RecordingError(f"{path}: file not found: the simulation is not whole; {cure}")
     said = _parameters(path)
     values = {name[len(component) + 1 :]: value for name, value in said.items() if name.startswith(component + ".")}
     preset = values.pop("preset", PRESETS[0])

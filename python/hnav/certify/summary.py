@@ -17,14 +17,10 @@ def certificate_rows(found: Certificate) -> list[tuple[str, str, str]]:
     assert printed is not None, "certify has measured it"
     free, whole = found.free_rate_1_s, "corrections" if found.longest_window == 1 else "windows"
     bound = number(found.gamma_squared) if np.isfinite(found.gamma_squared) else "infinite, gamma is off"
-    at = (
-        f"the correction at {found.interval_limit_at_s:g} s"
-        if found.longest_window == 1
-        else f"the window that ends at {found.interval_limit_at_s:g} s"
-    )
-    limit = (
-        f"; beyond {number(found.interval_limit_s)} s {at} alone lets errors grow" if np.isfinite(found.interval_limit_s) else ""
-    )
+    limit = ""
+    if np.isfinite(found.interval_limit_s):
+        at = f"the {'correction' if found.longest_window == 1 else 'window that ends'} at {found.interval_limit_at_s:g} s"
+        limit = f"; beyond {number(found.interval_limit_s)} s {at} alone lets errors grow"
     rows = [
         ("corrections", f"{found.corrections}", f"every {1e3 * found.interval_s:.4g} ms; library and reference agree to {found.largest_difference:.0e}"),
         ("windows", "-" if found.longest_window == 1 else f"{found.longest_window}", "corrections in the longest: a window ends when every sensor was seen, and it has to contract, no single correction"),
