@@ -157,10 +157,8 @@ class AircraftPlant(StatefulObject):
         model.faults = windows if faults else ffi.NULL
         errors = [_error(aircraft.ins_error_sigma, aircraft.ins_error_time_constant_s, self.nx, "ins_error")]
         if gravity_sigma is not None:
-            unknown = np.full(self.nx, np.nan)
-            errors.append(
-                _error(gravity_sigma, unknown if gravity_time_constant_s is None else gravity_time_constant_s, self.nx, "gravity")
-            )
+            time_constant_s = np.full(self.nx, np.nan) if gravity_time_constant_s is None else gravity_time_constant_s
+            errors.append(_error(gravity_sigma, time_constant_s, self.nx, "gravity"))
         for member, (sigma, time_constant_s) in zip((model.accelerometer_error, model.gravity_error), errors):
             member.sigma, member.time_constant_s = address(sigma), address(time_constant_s)
         super().__init__("hnav_aircraft_create", options.struct, model)

@@ -112,6 +112,4 @@ class Vehicle(LibraryObject):
             return np.array([list(getattr(truth, name)) for truth in truths])
 
         place = np.array([[truth.latitude_rad, truth.longitude_rad, truth.height_m] for truth in truths])
-        return Drive(
-            t_s, place, rows("velocity_n_m_s"), rows("q_nb"), rows("rate_b_rad_s"), rows("force_b_m_s2"), rows("field_b_tesla")
-        )
+        return Drive(t_s, place, *map(rows, ("velocity_n_m_s", "q_nb", "rate_b_rad_s", "force_b_m_s2", "field_b_tesla")))

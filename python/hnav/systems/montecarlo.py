@@ -179,9 +179,8 @@ def finished_runs(file: Path, work: Sequence[Job], system: System) -> RecordFile
     versions = {name: importlib.metadata.version(name) for name in ("numpy", "fmpy")} | {"hnav": __version__}
     of_jobs = [vars(job) | {"settings": dict(job.settings)} for job in work]
     shared = {name: _one_or_all([job[name] for job in of_jobs]) for name in of_jobs[0]}
-    return RecordFile(
-        file, {"kind": "runs of hnav montecarlo", **shared, "content of the system": content.hexdigest(), **versions}
-    )
+    of_all = {"kind": "runs of hnav montecarlo", **shared, "content of the system": content.hexdigest(), **versions}
+    return RecordFile(file, of_all)
 
 
 def _one_or_all(values: Sequence[Any]) -> Any:

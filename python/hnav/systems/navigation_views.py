@@ -22,8 +22,7 @@ ANY_HEADING = 2
 
 def wrapped(angle: Array) -> Array:
     """Angles in (-pi, pi]."""
-    within: Array = np.pi - np.remainder(np.pi - angle, 2 * np.pi)
-    return within
+    return np.asarray(np.pi - np.remainder(np.pi - angle, 2 * np.pi))
 
 
 def truth_of_place(run: Run) -> str | None:
@@ -52,8 +51,7 @@ class Navigator:
         return self.run[f"{self.name}.align.phase"] >= ANY_HEADING
 
     def _where_known(self, values: Array) -> Array:
-        shown: Array = np.where(self.known if values.ndim == 1 else self.known[:, None], values, np.nan)
-        return shown
+        return np.where(self.known if values.ndim == 1 else self.known[:, None], values, np.nan)
 
     def _place(self, component: str, group: str) -> Array:
         return np.column_stack([self.run[f"{component}.{group}.{name}"] for name in PLACE])
@@ -114,10 +112,7 @@ class Navigator:
     def figures(self) -> dict[str, float]:
         """Of the whole run; angles in deg. A squared error over its variance is normalised; the position's is the mean of three."""
         rows = slice(self.ready_row, None)
-        level_m, sigma_m = (
-            np.hypot(self.off_m[rows, 0], self.off_m[rows, 1]),
-            np.hypot(self.sigma_m[rows, 0], self.sigma_m[rows, 1]),
-        )
+        level_m, sigma_m = (np.hypot(of[rows, 0], of[rows, 1]) for of in (self.off_m, self.sigma_m))
         normalised = (self.off_m[-1] / self.sigma_m[-1]) ** 2
         ready = self.ready_row is not None
         return {

@@ -126,8 +126,7 @@ def _signals(run: Run) -> bytes:
         for name, values in run.columns.items():
             target.create_dataset(name, data=values, track_times=False).attrs["unit"] = run.units.get(name, "")
         target.flush()
-        image: bytes = target.id.get_file_image()
-        return image
+        return bytes(target.id.get_file_image())
 
 
 def read_run(folder: Path) -> Run:

@@ -161,9 +161,8 @@ def _refuse_what_is_not_done(system: ElementTree.Element, shown: Path) -> None:
     for connection in system.iterfind(f"{SSD}Connections/{SSD}Connection"):
         for child in connection:
             if child.tag.endswith("Transformation"):
-                refuse(
-                    f"{shown}: connection {text_of(_connection(connection))} has a {child.tag.rpartition('}')[2]}, which hnav does not do"
-                )
+                kind = child.tag.rpartition("}")[2]
+                refuse(f"{shown}: connection {text_of(_connection(connection))} has a {kind}, which hnav does not do")
     for mapping in system.iter(f"{SSD}ParameterMapping"):
         refuse(f"{shown}: ParameterMapping {mapping.get('source', '')}: hnav takes parameters by their own names only")
 
@@ -253,9 +252,8 @@ def _entries(parameter_set: ElementTree.Element, prefix: str = "") -> Iterator[P
     for parameter in parameter_set.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
         for typed in parameter:
             if typed.tag.startswith(SSV):
-                yield Parameter(
-                    prefix + parameter.get("name", ""), typed.tag[len(SSV) :], typed.get("value", ""), typed.get("unit", "")
-                )
+                name, type = prefix + parameter.get("name", ""), typed.tag[len(SSV) :]
+                yield Parameter(name, type, typed.get("value", ""), typed.get("unit", ""))
 
 
 def _beside(folder: Path, kind: str) -> Iterator[tuple[str, ParameterSet]]:

@@ -15,8 +15,7 @@ BOOTSTRAP_DRAWS, BOOTSTRAP_SEED = 2000, 1
 
 def normalised_squares(error: np.ndarray, P: np.ndarray) -> np.ndarray:
     """e' P^-1 e of each error (... x n), P its covariance (... x n x n)."""
-    squares: np.ndarray = np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0])
-    return squares
+    return np.asarray(np.einsum("...i,...i->...", error, np.linalg.solve(P, error[..., None])[..., 0]))
 
 
 def finite_mean(values: np.ndarray) -> float:
