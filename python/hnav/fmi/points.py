@@ -17,9 +17,7 @@ def check_points(count: float, values: int, step_s: float, latest_s: float) -> N
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     needed = count * (8 * values + BYTES_OF_A_POINT)
     if not needed < memory:
-        text = (
-            f"step_s = {step_s:g}: {count:.3g} points need {needed / 1e9:.3g} GB of memory, this machine has {memory / 1e9:.3g}"
-        )
-        raise HnavValueError("option", f"{text}; take a coarser step or an earlier stop", "step_s")
+        need = f"{count:.3g} points need {needed / 1e9:.3g} GB of memory, this machine has {memory / 1e9:.3g}"
+        raise HnavValueError("option", f"step_s = {step_s:g}: {need}; take a coarser step or an earlier stop", "step_s")
     if step_s < 4 * np.spacing(latest_s):
         raise HnavValueError("option", f"step_s = {step_s:g}: is lost in rounding beside times of {latest_s:g} s", "step_s")

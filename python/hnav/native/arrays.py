@@ -136,9 +136,7 @@ class Record:
 
     def struct(self, kind: str) -> Any:
         """The C struct with these fields."""
-        return new(
-            kind, **{name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
-        )
+        return new(kind, **{name: v.tolist() if isinstance(v, np.ndarray) else v for name, v in vars(self).items()})
 
     def __eq__(self, other: object) -> bool:
         """Equal numbers in every field; NaN is equal to NaN."""

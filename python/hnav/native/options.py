@@ -139,9 +139,8 @@ def _c_rows(options: str) -> Mapping[str, Any]:
 
 
 def _info(row: Any) -> OptionInfo:
-    choices, meanings = (
-        tuple(text(names[i]) for i in range(row.choice_count)) for names in (row.choices, row.choice_descriptions)
-    )
+    each = range(row.choice_count)
+    choices, meanings = (tuple(text(names[i]) for i in each) for names in (row.choices, row.choice_descriptions))
     return OptionInfo(
         name=text(row.name), group=text(row.group), unit=text(row.unit), description=text(row.description),
         reason=text(row.reason), choices=choices, choice_descriptions=meanings,
