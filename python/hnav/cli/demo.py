@@ -68,9 +68,8 @@ def command(
 
 def has_screen() -> bool:
     """Whether output goes to a terminal on a machine with a screen."""
-    return console.is_terminal and (
-        sys.platform in ("darwin", "win32") or any(os.environ.get(s) for s in ("DISPLAY", "WAYLAND_DISPLAY"))
-    )
+    display = sys.platform in ("darwin", "win32") or any(os.environ.get(s) for s in ("DISPLAY", "WAYLAND_DISPLAY"))
+    return console.is_terminal and display
 
 
 def show_own(file: Path, data: Recording, settings: dict[str, str], warnings: list[str], out: Path) -> Path:

@@ -69,9 +69,8 @@ def _rows(work: Sequence[Job], wanted: Wanted, workers: int, scheduler: str | No
                 rows[i] = kept.add([i, row])[1] if finished else row
                 progress.advance(task)
         except KeyboardInterrupt:
-            raise Interrupted(
-                f"interrupted; {len(rows)} of {len(work)} are done, and the same command goes on from there"
-            ) from None
+            done = f"{len(rows)} of {len(work)} are done"
+            raise Interrupted(f"interrupted; {done}, and the same command goes on from there") from None
     return rows
 
 
@@ -81,12 +80,10 @@ def table_names(recordings: Sequence[Path]) -> list[str]:
     while len(set(names)) < len(names) and depth < max(len(path.parts) for path in recordings):
         depth += 1
         often = Counter(names)
-        names = [
-            "_".join([*path.parts[-depth:-1], path.stem]) if often[name] > 1 else name for path, name in zip(recordings, names)
-        ]
-    return [
-        f"{name if n == 1 else f'{name}_{i}'}.csv" for i, (name, n) in enumerate((name, Counter(names)[name]) for name in names)
-    ]
+        longer = ["_".join([*path.parts[-depth:-1], path.stem]) for path in recordings]
+        names = [full if often[name] > 1 else name for full, name in zip(longer, names)]
+    often = Counter(names)
+    return [f"{name}_{i}.csv" if often[name] > 1 else f"{name}.csv" for i, name in enumerate(names)]
 
 
 def row_of(job: Job, wanted: Wanted) -> Row:
@@ -113,9 +110,8 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
 
     def cells(row: Row) -> str:
         link = f'<a href="{escape(row["table"], quote=True)}">{escape(row["table"])}</a>'
-        warning = (
-            f'<p class="warning">{escape(row["failure"] or row["warnings"])}</p>' if row["failure"] or row["warnings"] else ""
-        )
+        wrong = escape(row["failure"] or row["warnings"])
+        warning = f'<p class="warning">{wrong}</p>' if wrong else ""
         recording, read, answer = (escape(row[name]) for name in ("recording", "read as", "answer"))
         return f"<tr><td>{recording}</td><td>{read}</td><td>{link}</td><td>{answer}{warning}</td></tr>"
 
@@ -125,6 +121,5 @@ def write_index(folder: Path, rows: Sequence[Row]) -> None:
         folder.name, {"recordings": len(rows), "failed": failed},
         f'<section><div class="scroll"><table class="words stacked">{rows_of_page}</table></div></section>',
     )  # fmt: skip
-    write_files(
-        {folder / "index.csv": pd.DataFrame(list(rows), columns=list(COLUMNS)).to_csv(index=False), folder / "index.html": page}
-    )
+    table = pd.DataFrame(list(rows), columns=list(COLUMNS)).to_csv(index=False)
+    write_files({folder / "index.csv": table, folder / "index.html": page})

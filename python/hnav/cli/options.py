@@ -88,9 +88,8 @@ def print_option(info: OptionInfo, whole: bool) -> None:
 
 def described(info: OptionInfo) -> dict[str, Any]:
     """An option for other programs."""
-    allowed = (
-        {"choices": dict(zip(info.choices, info.choice_descriptions))} if info.choices else {"min": info.min, "max": info.max}
-    )
+    choices = dict(zip(info.choices, info.choice_descriptions))
+    allowed = {"choices": choices} if choices else {"min": info.min, "max": info.max}
     return {
         "name": info.attribute, "group": info.group, "unit": info.unit, "default": info.default, **allowed,
         "description": info.description, "reason": info.reason, "advanced": info.advanced,
