@@ -254,9 +254,8 @@ def nees_panel(run: Run) -> go.Figure:
 
 
 def _gamma_filters(run: Run) -> list[Estimate]:
-    return [
-        e for e in estimates(run) if run.has(e.name, "hinf.gamma_used", "hinf.margin") and run[f"{e.name}.hinf.gamma_used"].any()
-    ]
+    with_gamma = [e for e in estimates(run) if run.has(e.name, "hinf.gamma_used", "hinf.margin")]
+    return [e for e in with_gamma if run[f"{e.name}.hinf.gamma_used"].any()]
 
 
 @panel("gamma", "γ and its margin", "γ of each correction and the feasibility 1 − λmax(L P Lᵀ)/γ²; filters with γ off are left out.",

@@ -82,9 +82,8 @@ def faults_panel(run: Run) -> go.Figure:
             figure.add_trace(line(track.t_s, scale, shade, name, row == 1, shape="hv"), row, 1)
             figure.add_trace(line(track.t_s, probability, shade, name, False, shape="hv"), row, 2)
             figure.add_trace(line(track.t_s, track.bias_fault_probability, shade, name, False, shape="hv"), row, 3)
-            figure.add_trace(
-                line(track.t_s, track.process_fault_probability, shade, name, False, shape="hv", dash="dash"), row, 3
-            )
+            livelier = track.process_fault_probability
+            figure.add_trace(line(track.t_s, livelier, shade, name, False, shape="hv", dash="dash"), row, 3)
         figure.update_yaxes(title_text=channel.title, type="log", row=row, col=1)
         for column in (2, 3):
             figure.update_yaxes(range=PROBABILITY, row=row, col=column)

@@ -77,12 +77,10 @@ def _distributions(seen: Runs) -> Any:
             share = np.linspace(0, 1, min(max(2, len(sizes)), POINTS))
             line = dict(color=FILTER_COLOURS[i % len(FILTER_COLOURS)], width=1.4)
             y = np.quantile(sizes, share) if len(sizes) else np.full(len(share), np.nan)
-            figure.add_trace(
-                go.Scatter(x=share, y=y, mode="lines", name=group, legendgroup=group, showlegend=row == 1, line=line), row, 1
-            )
-        figure.update_yaxes(
-            title_text=SHOWN[name].replace(" / ", "<br>"), type="log" if _spread(seen, name) else "linear", row=row, col=1
-        )
+            shown = dict(name=group, legendgroup=group, showlegend=row == 1, line=line)
+            figure.add_trace(go.Scatter(x=share, y=y, mode="lines", **shown), row, 1)
+        title, scale = SHOWN[name].replace(" / ", "<br>"), "log" if _spread(seen, name) else "linear"
+        figure.update_yaxes(title_text=title, type=scale, row=row, col=1)
     return figure
 
 
