@@ -2,7 +2,7 @@
 # compiler makes the binary of another platform. FMI headers are the compiler's side. One file includes almost all others; the
 # option tables have names in common and are files of their own. There is no SUNDIALS: what it integrates goes by closed forms.
 #   TOP, EIGEN (folder that holds Eigen/), STAGE, VERSION (2 or 3), NAME, FOLDER (of the FMU), ARRAYS and CLOCKS (0 or 1),
-#   GENERATED (a folder of headers, or empty), CORE: files of c_src, compiled in this order; a pattern takes those that are not there yet
+#   GENERATED (a folder of headers, or empty), CORE: files and patterns of c_src
 set(sources ${STAGE}/sources)
 set(roots ${TOP}/fmu ${TOP}/c_src ${TOP}/c_src/include ${GENERATED})
 

@@ -2,12 +2,7 @@
 #include "attitude/ahrs/model.hpp"
 #include "c_api/creation.hpp"
 
-namespace {
-
-using R = hnav::Scalar;
-using AhrsModel = hnav::AhrsModelOf<R>;
-
-} // namespace
+using hnav::AhrsModel;
 
 extern "C" {
 

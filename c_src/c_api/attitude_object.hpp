@@ -225,7 +225,7 @@ public:
 
     int nx() const override { return Model::nx; }
     void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
-    void nominal_x(double* x) const override { model().nominal(filter_.newest(), x); }
+    void nominal_x(double* x) const override { model().nominal(x); }
     int quaternion_at() const override { return 0; } // every model has it first
     hnav_status derivative(const double* x, double* dx) const override {
         filter_.derivative(x, dx);

@@ -4,10 +4,9 @@
 
 #include <cmath>
 
-namespace {
+using hnav::HrekfModel;
 
-using R = hnav::Scalar;
-using HrekfModel = hnav::HrekfModelOf<R>;
+namespace {
 
 // The model's enumerations are the API's, one to one.
 static_assert(int(hnav::GammaMode::kl) == HNAV_GAMMA_KL && int(hnav::GammaMode::relative) == HNAV_GAMMA_RELATIVE);

@@ -1,5 +1,5 @@
-// The scalar that the templates of attitude/ are compiled for, in the .cpp files beside them. A build for processors without
-// double precision sets HNAV_SCALAR to float; times and outputs stay double.
+// The scalar of the attitude filters. A build for processors without double precision sets HNAV_SCALAR to float; times and
+// outputs stay double.
 #pragma once
 
 #ifndef HNAV_SCALAR

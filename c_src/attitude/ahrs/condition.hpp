@@ -1,18 +1,14 @@
-// Shared by the corrections: the update by rows of a sensor, and the application of the error to the state.
+// Shared by the corrections: the update by rows of a sensor.
 #pragma once
 
 #include "attitude/ahrs/model.hpp"
 #include "base/small.hpp"
-#include "maths/repair.hpp"
-#include "maths/scalar.hpp"
 #include "maths/unroll.hpp"
 
 #include <algorithm>
 #include <utility>
 
 namespace hnav {
-
-extern template bool repair<AhrsErrors::errors>(Square<AhrsErrors::errors, Scalar>& P); // repair.cpp
 
 // innovation' S^-1 innovation; 0 where S has no sign.
 template <int m, class R>
@@ -22,9 +18,8 @@ inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& 
 }
 
 // S^-1 times the response of rows.
-template <class R>
 template <int m>
-typename AhrsModelOf<R>::template Response<m> AhrsModelOf<R>::weighted(const Cholesky<m, R>& S, const Response<m>& stepped) {
+AhrsModel::Response<m> AhrsModel::weighted(const Cholesky<m, R>& S, const Response<m>& stepped) {
     Response<m> out;
     for (int j = 0; j < step_parts; ++j) out.col(j) = S.template solve<1>(stepped.col(j));
     return out;
@@ -35,11 +30,9 @@ typename AhrsModelOf<R>::template Response<m> AhrsModelOf<R>::weighted(const Cho
 // rounding has made S indefinite, as by values of very different magnitudes. evidence: of a step of the gyro bias, to which the innovation
 // is added; null: none. To such a step the errors between velocity and rotation, of sensors, do not respond within a window.
 // withheld: share of a correction by a velocity that the accelerometer's bias is not given (turning_force.hpp).
-template <class R>
 template <int m, int first>
-void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
-                               const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence,
-                               R withheld) {
+void AhrsModel::condition(Correction& c, const Eigen::Matrix<R, errors, m>& PHt, const Square<m, R>& S,
+                          const Eigen::Matrix<R, m, 1>& innovation, const Response<m>& stepped, Evidence* evidence, R withheld) {
     static_assert(first == 0 || first == considered);
     constexpr int rest = errors - first;
     const Cholesky<m, R> factor(S);
@@ -49,9 +42,7 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
     }
     const Eigen::Matrix<R, m, rest> Kt = factor.template solve<rest>(rows<rest>(PHt, first).transpose());
     segment<rest>(c.error, first).noalias() += Kt.transpose() * innovation;
-    if (evidence) {
-        evidence->add(stepped, weighted<m>(factor, stepped), innovation);
-    }
+    if (evidence) evidence->add(stepped, weighted<m>(factor, stepped), innovation);
     constexpr int last = std::min(rest, errors - rotation);
     for (int j = 0; j < step_parts; ++j)
         for (int k = 0; k < m; ++k) {
@@ -63,9 +54,8 @@ void AhrsModelOf<R>::condition(Correction& c, const Eigen::Matrix<R, errors, m>&
 }
 
 // Adds before a correction by a velocity what it will take too much from the accelerometer's bias and its variance.
-template <class R>
-void AhrsModelOf<R>::withhold(Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Eigen::Matrix<R, 2, errors>& Kt,
-                              const Vector2R& innovation, R share) {
+inline void AhrsModel::withhold(Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Eigen::Matrix<R, 2, errors>& Kt,
+                                const Vector2R& innovation, R share) {
     HNAV_UNROLL
     for (int j = force_bias; j < force_bias + 3; ++j) {
         const Vector2R gain = share * Kt.col(j), kept = share * gain;
@@ -76,10 +66,9 @@ void AhrsModelOf<R>::withhold(Correction& c, const Eigen::Matrix<R, errors, 2>& 
 }
 
 // P_ij -= PHt_i K_j for the columns from `first` on, down to the diagonal. Loops have compile-time lengths except in the small build.
-template <class R>
 template <int m, int first, int... after_first>
-void AhrsModelOf<R>::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
-                              const Eigen::Matrix<R, m, errors - first>& Kt, std::integer_sequence<int, after_first...>) {
+void AhrsModel::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt, const Eigen::Matrix<R, m, errors - first>& Kt,
+                         std::integer_sequence<int, after_first...>) {
     if constexpr (small_build) {
         for (int j = first; j < errors; ++j)
             for (int i = 0; i <= j; ++i)
@@ -89,10 +78,9 @@ void AhrsModelOf<R>::take_out(Covariance& P, const Eigen::Matrix<R, errors, m>& 
     }
 }
 
-template <class R>
 template <int m, int first, int j>
-void AhrsModelOf<R>::take_out_of_column(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
-                                        const Eigen::Matrix<R, m, errors - first>& Kt) {
+void AhrsModel::take_out_of_column(Covariance& P, const Eigen::Matrix<R, errors, m>& PHt,
+                                   const Eigen::Matrix<R, m, errors - first>& Kt) {
     // By elements: one type of Eigen for each height and sensor takes a quarter of the compile time of all corrections.
     constexpr int height = j + 1;
     R column[height];
@@ -103,39 +91,6 @@ void AhrsModelOf<R>::take_out_of_column(Covariance& P, const Eigen::Matrix<R, er
         for (int i = 0; i < height; ++i) column[i] -= gain * from[i];
     }
     std::copy_n(column, height, &P.coeffRef(0, j));
-}
-
-template <class R>
-void AhrsModelOf<R>::apply(State& s, const Vector& error) {
-    constexpr R max_latency_s = 1; // limit of the second-order series
-    constexpr R max_force_latency = 4; // in intervals; the same limit for the force
-    Eigen::Map<QuaternionR> q(s.x);
-    q = multiply<R>(rotation_quaternion<R>(segment<3>(error, rotation)), QuaternionR(q)).normalized();
-    Eigen::Map<Vector3R>(s.bias) += segment<3>(error, bias);
-    Eigen::Map<Eigen::Matrix<R, 9, 1>>(s.calibration) += segment<9>(error, calibration);
-    note_turning(s);
-    Eigen::Map<Vector2R>(s.velocity) += segment<2>(error, velocity);
-    Eigen::Map<Vector3R>(s.force_bias) += segment<3>(error, force_bias);
-    s.force_latency = std::clamp(s.force_latency + error[force_latency], -max_force_latency, max_force_latency);
-    s.declination = wrap_angle(s.declination + error[declination]);
-    Eigen::Map<Vector2R>(s.reference) += segment<2>(error, reference);
-    // Keep the reference north; near a magnetic pole a correction may lose it.
-    s.reference[0] = std::fmax(R(0), s.reference[0]);
-    s.latency = std::clamp(s.latency + error[latency], -max_latency_s, max_latency_s);
-}
-
-// Rounding makes a variance non-positive first. Only then, or after an indefinite matrix in a correction, the whole matrix is
-// repaired.
-template <class R>
-void AhrsModelOf<R>::keep(State& s, Correction& c) {
-    if (!c.sound || !(c.P.diagonal().minCoeff() > 0)) {
-        for (int j = 0; j < errors; ++j) c.P.col(j) = c.column(j);
-        s.repaired += repair<errors>(c.P);
-    }
-    pack_columns<errors>(c.P, s.P);
-    ++s.seldom_changes;
-    // NaN in the state must not persist: the engine checks x and ignores the event.
-    if (!std::isfinite(c.P.diagonal().sum() + c.error.sum())) s.x[0] = std::numeric_limits<R>::quiet_NaN();
 }
 
 } // namespace hnav

@@ -22,7 +22,7 @@
 // Accelerometer as bounded velocity: Laidig and Seel, Information Fusion 91, 2023, section 3; consider states: Schmidt 1966;
 // earth-frame error: Sola, arXiv 1711.02508, section 7.
 //
-// The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
+// The members are defined in the files named beside them.
 #pragma once
 
 #include "attitude/ahrs/state.hpp"
@@ -31,37 +31,39 @@
 #include "maths/scalar.hpp"
 #include "maths/square.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
 namespace hnav {
 
-template <class R>
-class AhrsModelOf : public AhrsErrors {
+class AhrsModel : public AhrsErrors {
 public:
-    static constexpr int nx = ahrs_nx;
+    using R = Scalar;
+    static constexpr int nx = AttitudeFlow<R>::nx;
     static constexpr double gravity_m_s2 = earth::standard_gravity_m_s2;
     using Options = hnav_ahrs_options;
     static constexpr int sensors = channel_count; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
-    using State = AhrsState<R>;
-    using Sigmas = AhrsSigmas<R>;
+    using Flow = AttitudeFlow<R>;
+    using State = AhrsState;
+    using Sigmas = AhrsSigmas;
     static constexpr std::size_t seldom_begin = offsetof(State, P), seldom_bytes = offsetof(State, velocity) - seldom_begin;
     static std::uint64_t seldom_changes(const State& s) { return s.seldom_changes; }
     using Covariance = Square<errors, R>;
     using Vector = Eigen::Matrix<R, errors, 1>;
 
-    AhrsModelOf() : AhrsModelOf(Options{}) {}
-    explicit AhrsModelOf(const Options& options, const Frames& frames = {})
+    AhrsModel() : AhrsModel(Options{}) {}
+    explicit AhrsModel(const Options& options, const Frames& frames = {})
         : options_(options),
           density_(options),
-          sigma_(sigmas_of<R>(options)),
+          sigma_(sigmas_of(options)),
           robust_(options),
           start_(options, frames, options.start_field_wait_s),
           limits_(options, R(options.mag_range_tesla)),
           place_(options) {}
 
-    // start.hpp
+    // start.cpp
     void begin(State& s) const; // the state before any sample
     // Waits for a new start. Estimated sensor errors are kept: bias, calibration, latency.
     void realign(State& s) const;
@@ -71,16 +73,23 @@ public:
     static constexpr bool turns_back = true;
     void turn_back(State& s, double t_s) const;
 
-    // flow.hpp
+    // flow.cpp
     bool flows(const State& s) const { return s.started != 0 && !s.gap_too_long; }
     bool plausible(const State& s) const { return !s.started || is_plausible(s.x, s.bias); }
     void normalise(State& s) const { restore_length(s.x); }
-    void nominal(R* x) const; // sizes that absolute tolerances are relative to
-    void nominal(const State&, R* x) const { nominal(x); }
-    void flow(const State& s, const R* x, R* dx) const;
-    void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
+    // Sizes of the states that absolute tolerances are relative to.
+    void nominal(R* x) const {
+        std::fill(x, x + Flow::A, R(1));
+        std::fill(x + Flow::A, x + nx, R(options_.correction_interval_s));
+    }
+    void flow(const State& s, const R* x, R* dx) const { Flow::derivative(s.started, turn_rate(s), x, dx); }
+    // df/dx along a direction
+    void flow_along(const State& s, const R* x, const R* direction, R* out) const {
+        Flow::along(s.started, turn_rate(s), x, direction, out);
+    }
     static constexpr bool has_closed_form = true;
-    void flow_exactly(State& s, double interval_s) const; // may be negative: backwards under the same rate
+    // interval_s may be negative: backwards under the same rate.
+    void flow_exactly(State& s, double interval_s) const { Flow::exactly(turn_rate(s), R(interval_s), s.x); }
     static constexpr int read = 4; // q; its integral and the clock do not affect the outputs
     static constexpr bool bounds_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
@@ -90,10 +99,10 @@ public:
     // the event, and keeps the error of the integrator.
     void rehold(State& s, const Event& event, double T) const;
 
-    // jump.hpp
+    // jump.cpp
     void jump(State& s, const Event& event) const;
 
-    // outputs.hpp
+    // outputs.cpp
     Quaternion attitude(const State& s) const; // of the estimate
     Estimate estimate(const State& s) const;
     Matrix3 rotation_covariance(const State& s) const;
@@ -106,8 +115,9 @@ public:
     ErrorCovariance error_covariance(const State& s) const; // of rotation and bias at the time of x
     // The part of it due to a possibly wrong option gyro_hold, as one standard deviation with its direction.
     Vector3Of<R> hold_error(const State& s) const;
-    double bias_walk(const State&) const;
-    double decay_rate(const State&) const;
+    double bias_walk(const State&) const { return std::sqrt(density_.bias_walk_psd); }
+    // Not computed: corrections have consider states, and the reference field may change in between.
+    double decay_rate(const State&) const { return 0; }
     FieldEstimate field_estimate(const State& s) const;
     // Scale and misalignment S of the gyroscope, row-major, and the sigma of each.
     void gyro_calibration(const State& s, double* S, double* sigma) const;
@@ -144,7 +154,7 @@ private:
         }
         template <int m>
         auto stepped(int row) const {
-            return response.template middleRows<m>(row - rotation);
+            return response.middleRows<m>(row - rotation);
         }
         R& heading_variance() { return P(rotation + 2, rotation + 2); }
         Vector3R rotation_variances() const { return diagonal<3>(P, rotation); }
@@ -165,7 +175,7 @@ private:
 
     bool tilt_ready(const State& s) const {
         const R limit_rad = R(options_.ready_tilt_rad);
-        const R added = s.tilt_excess.variance + unstated_tilt2(s) + hold_error(s).template head<2>().cwiseAbs2().maxCoeff();
+        const R added = s.tilt_excess.variance + unstated_tilt2(s) + hold_error(s).head<2>().cwiseAbs2().maxCoeff();
         return is_tilt_within(s, added, limit_rad) && s.vehicle_tilt.square() < limit_rad * limit_rad &&
                s.steps.suspected_tilt2 < limit_rad * limit_rad &&
                (s.speed.is_fresh() || !s.lasting.may_accelerate(R(gravity_m_s2)));
@@ -229,9 +239,9 @@ private:
         return s.has_reference && false_part > 0 ? false_part * false_part / (H * H) : 0;
     }
 
-    void hold(State& s, const Event& event) const; // flow.hpp
+    void hold(State& s, const Event& event) const; // flow.cpp
 
-    // recovery.hpp
+    // recovery.cpp
     void examine(State& s, const Event& event) const;
     void lose_rate(State& s, double t_s) const;
     void lose_attitude(State& s, Correction& c, R heading_sigma) const;
@@ -242,9 +252,8 @@ private:
     void forget_rotation(State& s, Covariance& P, R tilt_variance, R heading_variance) const;
     static void widen_after_clock_jump(State& s);
     void pass_gap(State& s, double t_s) const;
-    bool is_gap_too_long(const State& s, const Event& event) const;
 
-    // start.hpp
+    // start.cpp
     void forget_attitude(State& s) const;
     void start_covariance(State& s, const Sigmas& start) const;
     Sigmas start_sigmas(R sigma_heading) const;
@@ -256,30 +265,38 @@ private:
     static void turn_heading(State& s, R angle_rad);
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
 
-    // outputs.hpp
+    // outputs.cpp
     class RotationNow;
     R noise_now(const State& s) const;
     Vector3R added_variances(const State& s) const;
     Matrix3R rotation_covariance(const State& s, const RotationNow& now) const;
 
-    // preintegration.hpp
+    // preintegration.cpp
     struct TurnedOn;
     static void forget_window(State& s);
     using Moment = decltype(State::rate_moment);
     static void add_turn(const State& s, Moment& moment);
     static void take_turn(State& s);
-    R gap_variance(const State& s, const Event& event) const;
     void gather(State& s, const Event& event, R rate_s) const; // rate_s: the interval of the sample of rate, if there is one
     void gather_force(State& s, const Event& event, const Matrix3R& R_bn) const;
     void gather_field(State& s, const Event& event, const Matrix3R& R_bn) const;
 
-    // covariance.hpp
+    // Of the rotation about an axis by the gap before this event.
+    R gap_variance(const State& s, const Event& event) const {
+        if (!s.is_gap(gyro, event.t_s)) return 0;
+        return s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), s.has(event, gyro), R(options_.gap_turn_factor));
+    }
+    // int (n_g^2 + k^2 |u|^2) dt since the last correction, and what went by in gaps
+    R rotation_noise(const State& s) const {
+        return density_.gyro_psd * s.x[13] + density_.gyro_rate_psd * s.rate_power + s.gap_rotation;
+    }
+
+    // covariance.cpp
     struct Turned;
-    R rotation_noise(const State& s) const;
     void propagate(Covariance& P, const State& s) const;
     void forget_declination(State& s, Covariance& P) const;
 
-    // correction.hpp
+    // correction.cpp
     void correct(State& s, const Event& event) const;
     void correct_by_force(State& s, Correction& c, double t_s, bool rests) const;
     void inflate_tilt(State& s, Covariance& P) const;
@@ -287,7 +304,7 @@ private:
     static Eigen::Matrix<R, 2, 3> tilt_of_force_bias(const State& s);
     static R explained_force2(const State& s, const Correction& c);
 
-    // admit_steps.hpp
+    // admit_steps.cpp
     void begin_steps(State& s) const { s.steps.begin(bias - rotation, R(options_.residual_iron)); }
     void carry_response(State& s) const;
     void admit_steps(State& s, Correction& c) const;
@@ -310,7 +327,7 @@ private:
     static void apply(State& s, const Vector& error);
     static void keep(State& s, Correction& c);
 
-    // correct_velocity.hpp
+    // correct_velocity.cpp
     static InnovationOf<R>& record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S);
     static void condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
                                       const Vector2R& innovation, R T, Evidence* evidence, R withheld = 0);
@@ -320,7 +337,7 @@ private:
     // A body is given whose velocities last: vehicles and walkers (body.hpp).
     bool is_given_to_travel() const { return density_.lasting_density2 > 0; }
     bool may_accelerate_long(const State& s) const { return s.vehicle_tilt.is_possible() || accelerates_long(options_.body); }
-    bool is_at_rest(State& s, Correction& c) const; // correct_rest.hpp
+    bool is_at_rest(State& s, Correction& c) const; // correct_rest.cpp
     void admit_bias_at_rest(State& s, Correction& c, const Vector3R& from_bias) const;
     bool is_field_still(State& s) const;
     bool is_vehicle_at_rest(const State& s, bool rests) const;
@@ -330,18 +347,15 @@ private:
     static void turn_velocity(State& s, const Vector3R& rotation_n);
     void correct_rest(State& s, Correction& c) const;
 
-    // The correction by the aid of one channel, defined in a file of its own, such as correct_heading.cpp. A new aid changes nothing
-    // here; the linker reports a missing one.
-    template <int channel>
-    struct Aid;
-    template <class OneAid>
-    void correct_by(State& s, Correction& c, const Event& event) const;
-    template <int... after_heading>
-    void correct_by_aids(State& s, Correction& c, const Event& event, std::integer_sequence<int, after_heading...>) const;
+    // correct_heading.cpp, correct_speed.cpp
+    void correct_heading(State& s, Correction& c, const Event& event) const;
+    void correct_speed(State& s, Correction& c, const Event& event) const;
+    static void begin_speed(State& s, Correction& c, const Matrix2R& noise);
+    void follow_speed(State& s, Correction& c, double t_s, R since_s, const Vector2R& measured_n, const Matrix2R& noise) const;
 
-    void judge_hold(State& s, R latency_variance) const; // correct_velocity.hpp
+    void judge_hold(State& s, R latency_variance) const; // correct_velocity.cpp
 
-    // correct_field.hpp
+    // correct_field.cpp
     struct FieldRows;
     void correct_field(State& s, Correction& c, double t_s) const;
     void choose_reference(State& s, Correction& c, MeanField<R>& mean) const;
@@ -365,14 +379,12 @@ private:
 
     // The options, and values derived from them at creation.
     Options options_;
-    AhrsDensities<R> density_;
+    AhrsDensities density_;
     Sigmas sigma_;
     RobustSettings<R> robust_;
     StartSettings<R> start_;
     CheckLimits<R> limits_;
     GivenField<R> place_;
 };
-
-using AhrsModel = AhrsModelOf<double>;
 
 } // namespace hnav

@@ -13,12 +13,14 @@
 #include "attitude/ahrs/tilt_excess.hpp"
 #include "attitude/ahrs/turning_force.hpp"
 #include "attitude/ahrs/vehicle_tilt.hpp"
+#include "attitude/common/attitude_flow.hpp"
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/start.hpp"
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
 #include "hnav/options/ahrs.h"
 #include "maths/packed_columns.hpp"
+#include "maths/scalar.hpp"
 #include "maths/square.hpp"
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
@@ -48,26 +50,23 @@ struct AhrsErrors {
     static constexpr int packed(int i, int j) { return place_in_columns(i, j); }
 };
 
-constexpr int ahrs_nx = 14; // q 4, G 9, clock: seconds since the last correction
-
 // Standard deviations at the start.
-template <class R>
 struct AhrsSigmas {
-    R tilt, heading, bias, velocity, reference, latency, scale, misalignment, force_bias, force_latency, declination;
+    Scalar tilt, heading, bias, velocity, reference, latency, scale, misalignment, force_bias, force_latency, declination;
 };
-template <class R>
-AhrsSigmas<R> sigmas_of(const hnav_ahrs_options& o) {
-    return {R(o.start_sigma_tilt_rad),        R(o.start_sigma_heading_rad),
-            R(o.start_sigma_bias_rad_s),      R(o.start_sigma_velocity_m_s),
-            R(o.start_sigma_reference),       R(o.start_sigma_latency_s),
-            R(o.start_sigma_gyro_scale),      R(o.start_sigma_gyro_misalignment_rad),
-            R(o.start_sigma_accel_bias_m_s2), R(o.start_sigma_accel_latency),
-            R(o.local_declination_rad)};
+inline AhrsSigmas sigmas_of(const hnav_ahrs_options& o) {
+    return {Scalar(o.start_sigma_tilt_rad),        Scalar(o.start_sigma_heading_rad),
+            Scalar(o.start_sigma_bias_rad_s),      Scalar(o.start_sigma_velocity_m_s),
+            Scalar(o.start_sigma_reference),       Scalar(o.start_sigma_latency_s),
+            Scalar(o.start_sigma_gyro_scale),      Scalar(o.start_sigma_gyro_misalignment_rad),
+            Scalar(o.start_sigma_accel_bias_m_s2), Scalar(o.start_sigma_accel_latency),
+            Scalar(o.local_declination_rad)};
 }
 
 // Squares of the noise densities, which each sample needs.
-template <class R>
 struct AhrsDensities {
+    using R = Scalar;
+
     R gyro_psd;       // (rad/s)^2/Hz
     R gyro_rate_psd;  // the same for each (rad/s)^2
     R bias_walk_psd;  // (rad/s)^2/s
@@ -94,9 +93,10 @@ struct AhrsDensities {
 };
 
 // Numbers of eight bytes only.
-template <class R>
 struct AhrsState {
-    R x[ahrs_nx];
+    using R = Scalar;
+
+    R x[AttitudeFlow<R>::nx]; // the clock: seconds since the last correction
     // Members that only corrections and starts change, about one event in ten. For other events they are not copied. Every change
     // increments seldom_changes.
     R P[AhrsErrors::errors * (AhrsErrors::errors + 1) / 2]; // just after the last correction

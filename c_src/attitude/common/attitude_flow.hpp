@@ -6,13 +6,17 @@
 
 #include "maths/rotation.hpp"
 
+#include <algorithm>
+
 namespace hnav {
 
 template <class R>
 struct AttitudeFlow {
     static constexpr int A = 4, t = 13, nx = 14; // places in x
 
-    static void derivative(const Vector3Of<R>& u, const R* x, R* dx) {
+    // flows: the attitude has started.
+    static void derivative(bool flows, const Vector3Of<R>& u, const R* x, R* dx) {
+        if (!flows) return std::fill(dx, dx + nx, R(0));
         const QuaternionOf<R> q(x);
         Eigen::Map<QuaternionOf<R>> q_rate(dx);
         q_rate = quaternion_rate<R>(q, u);
@@ -21,7 +25,8 @@ struct AttitudeFlow {
     }
 
     // The derivative of that along a direction.
-    static void along(const Vector3Of<R>& u, const R* x, const R* direction, R* out) {
+    static void along(bool flows, const Vector3Of<R>& u, const R* x, const R* direction, R* out) {
+        if (!flows) return std::fill(out, out + nx, R(0));
         const QuaternionOf<R> q(x), dq(direction);
         Eigen::Map<QuaternionOf<R>> q_rate(out);
         q_rate = quaternion_rate<R>(dq, u);

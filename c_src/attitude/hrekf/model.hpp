@@ -4,14 +4,14 @@
 // is
 //     q' = Xi(q) u,   b' = 0,   P' = A P + P A' + L Qc L',
 //     A = [Omega(u), -Xi(q); 0, 0],   L = [-Xi(q), 0; 0, I],   Qc = blkdiag(gyro noise, Q_b)
-// of which the integrator gets q and the integral of its rotation matrix, from which P follows: covariance.hpp. The jump at a sample is
+// of which the integrator gets q and the integral of its rotation matrix, from which P follows: covariance.cpp. The jump at a sample is
 //     Sigma = inflate(P),  S = H Sigma H' + R,  K = Sigma H' S^-1,  x += K nu,
 //     P+ = Sigma - K H Sigma   (equals the paper's (Sigma^-1 + H'R^-1 H)^-1)
 // followed by the normalisation of q, which is applied to the covariance too.
 // Equations: Hybrid Robust Extended Kalman Filter for SINS initial alignment, TJEE 54(4), 2024,
 // doi 10.22034/tjee.2023.57843.4683, with (9) to (17) corrected.
 //
-// The members are defined in the files named beside them, and compiled for one scalar (scalar.hpp) in the .cpp files here.
+// The members are defined in the files named beside them.
 #pragma once
 
 #include "attitude/hrekf/state.hpp"
@@ -21,26 +21,23 @@
 
 namespace hnav {
 
-template <class R>
-struct HrekfDirection; // correct_directions.hpp
-template <class R>
+struct HrekfDirection; // correct_directions.cpp
 struct HrekfRows;
-template <class R>
 class HrekfCorrection; // correction.hpp
 
-template <class R>
-class HrekfModelOf {
+class HrekfModel {
 public:
-    static constexpr int nx = hrekf_nx;
+    using R = Scalar;
+    static constexpr int nx = AttitudeFlow<R>::nx;
     static constexpr int sensors = heading + 1; // those that it takes, in the order of Channel
     using Event = AttitudeEvent;
     using Place = AttitudeFlow<R>;
-    using State = HrekfState<R>;
+    using State = HrekfState;
     using Options = hnav_hrekf_options;
     using Covariance = Square<6, R>; // of (theta, b): rotation error about the navigation axes, gyro bias error
 
-    HrekfModelOf() : HrekfModelOf(Options{}) {}
-    explicit HrekfModelOf(const Options& options, const Frames& frames = {})
+    HrekfModel() : HrekfModel(Options{}) {}
+    explicit HrekfModel(const Options& options, const Frames& frames = {})
         : options_(options),
           density_(options),
           law_(options),
@@ -48,26 +45,30 @@ public:
           start_(options, frames),
           limits_(options, R(options.mag_range_tesla)) {}
 
-    // The state before any sample. start.hpp
+    // The state before any sample. start.cpp
     void begin(State& s) const;
     // Waits for a new start; bias, its covariance and the counters stay.
     void realign(State& s) const;
 
     // Sizes of the states that absolute tolerances are relative to.
-    void nominal(R* x) const;
-    void nominal(const State&, R* x) const { nominal(x); }
-
-    // flow.hpp
+    void nominal(R* x) const {
+        constexpr R usual_s = R(0.01); // between two corrections
+        std::fill(x, x + Place::A, R(1));
+        std::fill(x + Place::A, x + nx, usual_s);
+    }
     bool flows(const State& s) const { return s.started != 0; }
     bool plausible(const State& s) const {
         const bool finite = std::isfinite(Eigen::Map<const Eigen::Matrix<R, 36, 1>>(s.P).sum()); // P, C and N
         return !s.started || (finite && is_plausible(s.x, s.bias));
     }
     void normalise(State& s) const { restore_length(s.x); }
-    void flow(const State& s, const R* x, R* dx) const;
-    void flow_along(const State& s, const R* x, const R* direction, R* out) const; // df/dx along a direction
+    void flow(const State& s, const R* x, R* dx) const { Place::derivative(s.started, turn_rate(s), x, dx); }
+    // df/dx along a direction
+    void flow_along(const State& s, const R* x, const R* direction, R* out) const {
+        Place::along(s.started, turn_rate(s), x, direction, out);
+    }
     static constexpr bool has_closed_form = true;
-    void flow_exactly(State& s, double interval_s) const;
+    void flow_exactly(State& s, double interval_s) const { Place::exactly(turn_rate(s), R(interval_s), s.x); }
     static constexpr int read = Place::A; // the attitude
     static constexpr bool bounds_rate = true;
     double fastest_rate(const State& s) const { return turn_rate(s).norm(); }
@@ -83,24 +84,26 @@ public:
         examine(s, event);
         if (s.has(event, gyro)) hold(s, event);
     }
-    void jump(State& s, const Event& event) const; // jump.hpp
+    void jump(State& s, const Event& event) const; // jump.cpp
 
-    // outputs.hpp
-    Quaternion attitude(const State& s) const; // of the estimate
+    // outputs.cpp
+    Quaternion attitude(const State& s) const { return QuaternionR(s.x).normalized().cast<double>(); } // of the estimate
     Estimate estimate(const State& s) const;
     // Variance of the rotation about an axis for an estimate that is shown silence_s after the newest event.
     R silence_variance(const State& s, double silence_s) const {
         return s.rate_change.silence_variance(silence_s, s.spacing_s, gap_turn_factor);
     }
-    ErrorCovariance error_covariance(const State& s) const;
+    ErrorCovariance error_covariance(const State& s) const { return covariance(s).cast<double>(); }
     Vector3Of<R> hold_error(const State&) const { return Vector3Of<R>::Zero(); } // the option gyro_hold is exact
-    Matrix3 rotation_covariance(const State& s) const;
+    Matrix3 rotation_covariance(const State& s) const { return covariance(s).topLeftCorner<3, 3>().cast<double>(); }
     Vector3 rotation_variances(const State& s) const { return rotation_covariance(s).diagonal(); }
-    Vector3 bias_variances(const State& s) const;
-    double bias_walk(const State& s) const; // root of the mean power of the bias walk in use, adapted or not
-    double decay_rate(const State& s) const;
+    Vector3 bias_variances(const State& s) const { return bias_covariance(s).diagonal().cast<double>(); }
+    double bias_walk(const State& s) const { return std::sqrt(walk_level(s)); } // of the walk in use, adapted or not
+    double decay_rate(const State& s) const; // decay_rate.cpp
     FieldEstimate field_estimate(const State& s) const;
-    void gyro_calibration(const State&, double* S, double* sigma) const; // not estimated: zero
+    void gyro_calibration(const State&, double* S, double* sigma) const { // not estimated
+        for (int i = 0; i < 9; ++i) S[i] = sigma[i] = 0;
+    }
 
 private:
     using Vector3R = Vector3Of<R>;
@@ -126,7 +129,7 @@ private:
         return Vector3R(s.rate) - Vector3R(s.bias);
     }
 
-    void take_turn(State& s) const; // bias_walk.hpp
+    void take_turn(State& s) const; // bias_walk.cpp
     bool walks_evenly() const { return law_.adaptation.mode != Adaptation::paper; } // the walk of the bias is a multiple of I
     static R walk_level(const State& s) { return (s.bias_psd[0] + s.bias_psd[3] + s.bias_psd[5]) / 3; }
     Matrix3R walk_shape(const State& s) const {
@@ -134,14 +137,14 @@ private:
         return walks_evenly() || !(level > 0) ? Matrix3R(Matrix3R::Identity()) : Matrix3R(unpack<3>(s.bias_psd) / level);
     }
 
-    // covariance.hpp
+    // covariance.cpp
     Covariance covariance(const State& s) const;
     Matrix3R bias_covariance(const State& s) const { // it stands last in the triangle
         return unpack<3>(s.P + 15) + s.x[Place::t] * unpack<3>(s.bias_psd);
     }
     R length_variance(const State& s) const { return density_.quaternion_psd * s.x[Place::t]; }
 
-    // recovery.hpp
+    // recovery.cpp
     void examine(State& s, const Event& event) const;
     void lose_rate(State& s, double t_s) const;
     void widen(State& s, const Matrix3R& rotation_covariance) const;
@@ -150,7 +153,7 @@ private:
     void lose_attitude(State& s) const;
     static void note_contradiction(State& s, R interval_s);
 
-    // start.hpp
+    // start.cpp
     void begin_bias(State& s) const;
     void put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const;
     void forget_attitude(State& s) const;
@@ -163,10 +166,10 @@ private:
         return R(interval_of_sample(t_s - s.last_s[channel], 0, options_.max_interval_s));
     }
 
-    // correct_directions.hpp, correct_heading.hpp
+    // correct_directions.cpp, correct_heading.cpp
     void correct_directions(State& s, const Event& event) const;
-    void judge(State& s, double t_s, const HrekfDirection<R>& d, const HrekfCorrection<R>& correction, HrekfRows<R>& rows) const;
-    void correct_by(State& s, double t_s, const HrekfDirection<R>* directions, int count) const;
+    void judge(State& s, double t_s, const HrekfDirection& d, const HrekfCorrection& correction, HrekfRows& rows) const;
+    void correct_by(State& s, double t_s, const HrekfDirection* directions, int count) const;
     void correct_heading(State& s, const Event& event) const;
 
     bool tilt_ready(const State& s, const Vector3R& variances) const {
@@ -185,13 +188,11 @@ private:
 
     // The options, and values derived from them at creation.
     Options options_;
-    HrekfDensities<R> density_;
-    HrekfLaw<R> law_;
+    HrekfDensities density_;
+    HrekfLaw law_;
     HrekfGates gates_;
     StartSettings<R> start_;
     CheckLimits<R> limits_;
 };
-
-using HrekfModel = HrekfModelOf<double>;
 
 } // namespace hnav

@@ -9,6 +9,7 @@
 #include "estimation/readiness.hpp"
 #include "estimation/robust_law.hpp"
 #include "hnav/options/hrekf.h"
+#include "maths/scalar.hpp"
 #include "maths/square.hpp"
 #include "signals/gaps.hpp"
 #include "signals/sensor_checks.hpp"
@@ -17,11 +18,10 @@
 
 namespace hnav {
 
-constexpr int hrekf_nx = AttitudeFlow<double>::nx;
-
 // Squares of the noise densities, which each sample needs.
-template <class R>
 struct HrekfDensities {
+    using R = Scalar;
+
     R gyro_psd;       // (rad/s)^2/Hz
     R quaternion_psd; // 1/s, on all four components alike: the paper's L = I
     R bias_walk_psd;  // (rad/s)^2/s
@@ -53,8 +53,9 @@ private:
 };
 
 // The robust law and the adaptation of the bias walk.
-template <class R>
 struct HrekfLaw {
+    using R = Scalar;
+
     RobustSettings<R> robust;
     Eigen::Matrix<R, 6, 1> weight; // L of the H-infinity term, diagonal: of rotation and bias
     R length_weight;
@@ -65,15 +66,16 @@ struct HrekfLaw {
           adaptation{static_cast<Adaptation>(o.adaptation), R(o.adaptation_gain), R(square(o.adaptation_min_rad_s_per_sqrt_s)),
                      R(square(o.adaptation_max_rad_s_per_sqrt_s))} {
         length_weight = R(o.gamma_weight_attitude);
-        weight.template head<3>().setConstant(length_weight / 2);
-        weight.template tail<3>().setConstant(R(o.gamma_weight_bias));
+        weight.head<3>().setConstant(length_weight / 2);
+        weight.tail<3>().setConstant(R(o.gamma_weight_bias));
     }
 };
 
 // Numbers of eight bytes only.
-template <class R>
 struct HrekfState {
-    R x[hrekf_nx];
+    using R = Scalar;
+
+    R x[AttitudeFlow<R>::nx];
     R bias[3];
     R P[21]; // upper triangle of the covariance of (theta, b) just after the last correction
     // Rotation variance by the bias walk up to the last event, with A and the time there: bias_walk.hpp.
@@ -105,7 +107,7 @@ struct HrekfState {
     std::uint64_t usable(const AttitudeEvent& event) const { return event.present & ~rejected; }
     bool has(const AttitudeEvent& event, int channel) const { return (usable(event) >> channel) & 1; }
     void forget_integrals() {
-        std::fill(x + AttitudeFlow<R>::A, x + hrekf_nx, R(0));
+        std::fill(x + AttitudeFlow<R>::A, x + AttitudeFlow<R>::nx, R(0));
         std::fill(C, C + 9, R(0));
         std::fill(N, N + 6, R(0));
         std::fill(walk_A, walk_A + 9, R(0));

@@ -3,21 +3,17 @@
 //
 // After a gap there are no corrections. The force is averaged in gyro-stabilised axes until its mean is gravity; then the horizon is
 // turned onto it, unless the angle is small enough for the usual corrections.
-#pragma once
-
 #include "attitude/ahrs/condition.hpp"
 #include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
 // Of a tilt that is unknown, rad^2.
-template <class R>
-constexpr R any_tilt_variance = 1;
+constexpr Scalar any_tilt_variance = 1;
 
 // Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of the
 // rotation about it grows.
-template <class R>
-void AhrsModelOf<R>::examine(State& s, const Event& event) const {
+void AhrsModel::examine(State& s, const Event& event) const {
     const double t_s = event.t_s;
     const bool moves = !(s.rest.force_still > 0), turning = turns(Vector3R(s.rate));
     const auto sample = [&](int c, Vector3R* y) {
@@ -32,8 +28,7 @@ void AhrsModelOf<R>::examine(State& s, const Event& event) const {
 }
 
 // Variance of the rotation about faulty axes.
-template <class R>
-void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
+void AhrsModel::lose_rate(State& s, double t_s) const {
     s.rest.quiet_s = s.rest.still_s = 0;
     if (!s.started) return;
     begin_steps(s); // the turn that it misses is no drift
@@ -50,10 +45,9 @@ void AhrsModelOf<R>::lose_rate(State& s, double t_s) const {
 }
 
 // heading_sigma: added to the heading, rad.
-template <class R>
-void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) const {
+void AhrsModel::lose_attitude(State& s, Correction& c, R heading_sigma) const {
     const R heading_variance = std::fmin(any_angle_variance<R>, c.heading_variance() + heading_sigma * heading_sigma);
-    forget_rotation(s, c.P, any_tilt_variance<R>, heading_variance);
+    forget_rotation(s, c.P, any_tilt_variance, heading_variance);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
     for (R& f : s.level_force) f = 0;
@@ -65,8 +59,7 @@ void AhrsModelOf<R>::lose_attitude(State& s, Correction& c, R heading_sigma) con
 }
 
 // The motion of the body is unknown.
-template <class R>
-void AhrsModelOf<R>::begin_motion(State& s) const {
+void AhrsModel::begin_motion(State& s) const {
     constexpr R densities2 = MotionNoise<R>::densities * MotionNoise<R>::densities;
     s.motion.begin(density_.velocity_density2);
     s.tilt_excess = {};
@@ -79,14 +72,13 @@ void AhrsModelOf<R>::begin_motion(State& s) const {
 // If the mean force of the last seconds has the length of gravity but not the direction of the vertical, turns the horizon onto it and
 // returns true. Axes whose rotation was not measured turn during the sum: if it grows as a random walk, the sum is off by a third of its
 // variance.
-template <class R>
-bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
+bool AhrsModel::level_again(State& s, Correction& c) const {
     constexpr R found_rad = R(0.1), lost_share = R(1.0 / 3);
     constexpr R heading_rad = R(0.2); // the cause of the tilt may have turned the heading too
     const R limit = R(options_.lost_ratio);
     if (!(limit > 0 && s.lasting.wrong_horizon(R(gravity_m_s2), density_.vertical2) > limit)) return false;
     turn_up(s, Vector3R(s.lasting.force));
-    const R tilt_variance = std::fmin(any_tilt_variance<R>, found_rad * found_rad + lost_share * s.lasting.lost_turn2);
+    const R tilt_variance = std::fmin(any_tilt_variance, found_rad * found_rad + lost_share * s.lasting.lost_turn2);
     forget_rotation(s, c.P, tilt_variance, c.heading_variance() + heading_rad * heading_rad);
     c.error.setZero();
     s.velocity[0] = s.velocity[1] = 0;
@@ -97,8 +89,7 @@ bool AhrsModelOf<R>::level_again(State& s, Correction& c) const {
 }
 
 // A direction in navigation axes becomes the vertical. The samples gathered since the last correction turn with the attitude.
-template <class R>
-void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
+void AhrsModel::turn_up(State& s, const Vector3R& up) {
     const Vector3R axis = up.cross(Vector3R(0, 0, -1));
     const Vector3R about = axis.norm() > 0 ? Vector3R(axis.normalized()) : Vector3R(1, 0, 0);
     Eigen::Map<QuaternionR> q(s.x);
@@ -112,8 +103,7 @@ void AhrsModelOf<R>::turn_up(State& s, const Vector3R& up) {
 }
 
 // Attitude and velocity get the prior of a start, uncorrelated with the sensor errors.
-template <class R>
-void AhrsModelOf<R>::forget_rotation(State& s, Covariance& P, R tilt_variance, R heading_variance) const {
+void AhrsModel::forget_rotation(State& s, Covariance& P, R tilt_variance, R heading_variance) const {
     begin_steps(s);
     rows<2>(P, velocity).setZero();
     columns<2>(P, velocity).setZero();
@@ -123,15 +113,8 @@ void AhrsModelOf<R>::forget_rotation(State& s, Covariance& P, R tilt_variance, R
     diagonal<3>(P, rotation) = Vector3R(tilt_variance, tilt_variance, heading_variance);
 }
 
-// Whether the gap was so long that the turn in it is unknown.
-template <class R>
-bool AhrsModelOf<R>::is_gap_too_long(const State& s, const Event& event) const {
-    return s.started && gap_variance(s, event) > 1;
-}
-
 // The attitude of before the gap is kept, because the clock may have jumped while the body did not turn.
-template <class R>
-void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
+void AhrsModel::pass_gap(State& s, double t_s) const {
     Correction c(s);
     const R bias_variance = sigma_.bias * sigma_.bias;
     const R walked = density_.bias_walk_psd * R(t_s - s.last_s[gyro]);
@@ -146,8 +129,7 @@ void AhrsModelOf<R>::pass_gap(State& s, double t_s) const {
 }
 
 // The clock was set: the body has hardly moved, but the time without samples is unknown.
-template <class R>
-void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
+void AhrsModel::widen_after_clock_jump(State& s) {
     constexpr R tilt_rad = R(clock_jump_tilt_rad), heading_rad = R(clock_jump_heading_rad);
     ++s.seldom_changes;
     s.P[packed(rotation, rotation)] += tilt_rad * tilt_rad;
@@ -155,8 +137,7 @@ void AhrsModelOf<R>::widen_after_clock_jump(State& s) {
     s.P[packed(rotation + 2, rotation + 2)] += heading_rad * heading_rad;
 }
 
-template <class R>
-void AhrsModelOf<R>::find_attitude(State& s, Correction& c) const {
+void AhrsModel::find_attitude(State& s, Correction& c) const {
     constexpr R gathered_s = R(0.3), far_rad = R(0.35), found_rad = R(0.2);
     const Vector3R sum = Vector3R(s.velocity[0], s.velocity[1], s.velocity_down);
     s.velocity[0] = s.velocity[1] = s.velocity_down = 0;

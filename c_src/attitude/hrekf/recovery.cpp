@@ -1,6 +1,4 @@
 // Sensor faults, gaps, and a lost attitude: which samples are used, which variances grow, and when the filter starts again.
-#pragma once
-
 #include "attitude/hrekf/model.hpp"
 #include "signals/sensor_checks.hpp"
 
@@ -8,8 +6,7 @@ namespace hnav {
 
 // Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of
 // the rotation about it grows.
-template <class R>
-void HrekfModelOf<R>::examine(State& s, const Event& event) const {
+void HrekfModel::examine(State& s, const Event& event) const {
     const auto sample = [&](int c, Vector3R* y) {
         if (!event.has(c)) return false;
         *y = vector_of<R>(event, c);
@@ -22,8 +19,7 @@ void HrekfModelOf<R>::examine(State& s, const Event& event) const {
 }
 
 // Variance of the rotation about faulty axes, with the rates of a hand.
-template <class R>
-void HrekfModelOf<R>::lose_rate(State& s, double t_s) const {
+void HrekfModel::lose_rate(State& s, double t_s) const {
     if (!s.started) return;
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x).normalized());
     Matrix3R lost = Matrix3R::Zero();
@@ -33,8 +29,7 @@ void HrekfModelOf<R>::lose_rate(State& s, double t_s) const {
 }
 
 // Adds to the covariance of the rotation error about the navigation axes, which the flow leaves as it is.
-template <class R>
-void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const {
+void HrekfModel::widen(State& s, const Matrix3R& rotation_covariance) const {
     Covariance P = unpack<6>(s.P);
     block<3, 3>(P, 0, 0) += rotation_covariance;
     pack<6>(P, s.P);
@@ -42,16 +37,14 @@ void HrekfModelOf<R>::widen(State& s, const Matrix3R& rotation_covariance) const
 }
 
 // Once, with the rate that ends the gap; the flow went through it under one rate.
-template <class R>
-void HrekfModelOf<R>::widen_for_gap(State& s, const Event& event) const {
+void HrekfModel::widen_for_gap(State& s, const Event& event) const {
     if (!s.has(event, gyro)) return;
     const R variance = s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), holds_backward(options_), gap_turn_factor);
     widen(s, Matrix3R(variance * Matrix3R::Identity()));
 }
 
 // The mean force is far from the vertical although its length is that of gravity; or the turn in a gap is unknown.
-template <class R>
-bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
+bool HrekfModel::is_lost(State& s, const Event& event) const {
     constexpr R mean_s = 1, far_cosine = R(0.76); // 40 deg
     constexpr R g = R(earth::standard_gravity_m_s2), still_m_s2 = R(0.5);
     constexpr double max_gap_s = 1;
@@ -69,11 +62,10 @@ bool HrekfModelOf<R>::is_lost(State& s, const Event& event) const {
 
 // The estimated bias is kept, unless its prior excludes it: then it comes from wrong samples, and with it the attitude would be lost again
 // and again, each time after seconds, until the bias has returned after a minute.
-template <class R>
-void HrekfModelOf<R>::lose_attitude(State& s) const {
+void HrekfModel::lose_attitude(State& s) const {
     constexpr R excluded = 10; // sigmas of the prior; chosen: every gyroscope is within
     const Vector3R off = Vector3R(s.bias) - Vector3(options_.start_gyro_bias_rad_s).cast<R>();
-    if (off.template lpNorm<Eigen::Infinity>() > excluded * R(options_.start_sigma_bias_rad_s)) begin_bias(s);
+    if (off.lpNorm<Eigen::Infinity>() > excluded * R(options_.start_sigma_bias_rad_s)) begin_bias(s);
     realign(s);
     for (R& f : s.mean_force) f = 0;
     s.lost = 1;
@@ -82,8 +74,7 @@ void HrekfModelOf<R>::lose_attitude(State& s) const {
 
 // A field that stays far from the reference contradicts the reference or the heading: the heading is ready again when enough
 // information about it has been gathered afterwards.
-template <class R>
-void HrekfModelOf<R>::note_contradiction(State& s, R interval_s) {
+void HrekfModel::note_contradiction(State& s, R interval_s) {
     constexpr R far = R(0.5), max_far_s = 2; // of the reference's length: about 30 deg
     const bool is_far = Eigen::Map<const Vector3R>(s.innovation[mag].value).squaredNorm() > far * far;
     s.field_far_s = std::fmax(R(0), s.field_far_s + (is_far ? interval_s : -interval_s));

@@ -1,12 +1,9 @@
 // At an event: gathers the samples, and corrects a few dozen times a second.
-#pragma once
-
 #include "attitude/ahrs/model.hpp"
 
 namespace hnav {
 
-template <class R>
-void AhrsModelOf<R>::jump(State& s, const Event& event) const {
+void AhrsModel::jump(State& s, const Event& event) const {
     const std::uint64_t usable = s.usable(event);
     const int channels = has_aid(event) ? channel_count : heading; // that may have a sample
     for (int c = 0; c < channels; ++c) s.used[c] += (usable >> c) & 1;

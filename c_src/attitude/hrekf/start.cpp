@@ -1,13 +1,10 @@
 // The prior covariance, and the initial attitude.
-#pragma once
-
 #include "attitude/hrekf/model.hpp"
 
 namespace hnav {
 
 // Valid for any attitude, because the rotation error is about the navigation axes.
-template <class R>
-void HrekfModelOf<R>::put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const {
+void HrekfModel::put_covariance(State& s, R sigma_heading, const Matrix3R& of_bias) const {
     const R tilt = R(options_.start_sigma_tilt_rad);
     Covariance P = Covariance::Zero();
     diagonal<3>(P, 0) = Vector3R(tilt * tilt, tilt * tilt, sigma_heading * sigma_heading);
@@ -16,8 +13,7 @@ void HrekfModelOf<R>::put_covariance(State& s, R sigma_heading, const Matrix3R& 
     s.forget_integrals();
 }
 
-template <class R>
-void HrekfModelOf<R>::begin(State& s) const {
+void HrekfModel::begin(State& s) const {
     put_q(s, {1, 0, 0, 0});
     begin_bias(s);
     s.gamma = std::numeric_limits<R>::infinity();
@@ -26,23 +22,20 @@ void HrekfModelOf<R>::begin(State& s) const {
     forget_attitude(s);
 }
 
-template <class R>
-void HrekfModelOf<R>::begin_bias(State& s) const {
+void HrekfModel::begin_bias(State& s) const {
     Eigen::Map<Vector3R>(s.bias) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
     const R bias = R(options_.start_sigma_bias_rad_s);
     put_covariance(s, start_.sigma_heading, bias * bias * Matrix3R::Identity());
     pack<3>(Matrix3R(density_.bias_walk_psd * Matrix3R::Identity()), s.bias_psd);
 }
 
-template <class R>
-void HrekfModelOf<R>::realign(State& s) const {
+void HrekfModel::realign(State& s) const {
     put_q(s, {1, 0, 0, 0});
     put_covariance(s, start_.sigma_heading, bias_covariance(s));
     forget_attitude(s);
 }
 
-template <class R>
-void HrekfModelOf<R>::forget_attitude(State& s) const {
+void HrekfModel::forget_attitude(State& s) const {
     s.started = 0;
     for (double& t : s.last_s) t = nan;
     s.start.clear();
@@ -56,8 +49,7 @@ void HrekfModelOf<R>::forget_attitude(State& s) const {
     s.adaptation.clear();
 }
 
-template <class R>
-void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
+void HrekfModel::collect_for_start(State& s, const Event& event) const {
     FirstAttitude<R> found;
     const StartSettings<R> settings = s.lost ? start_.after_loss() : start_;
     if (!s.start.add(event, s.usable(event), turn_rate(s), settings, &found)) return;
@@ -70,15 +62,13 @@ void HrekfModelOf<R>::collect_for_start(State& s, const Event& event) const {
     s.lost = 0;
 }
 
-template <class R>
-void HrekfModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& reference) {
+void HrekfModel::put_reference(State& s, const ReferenceFieldOf<R>& reference) {
     s.reference_strength = reference.strength;
     s.reference_north = std::cos(reference.dip_rad);
     s.reference_down = std::sin(reference.dip_rad);
 }
 
-template <class R>
-void HrekfModelOf<R>::learn(State& s, const QuaternionR& q, const Vector3R& field_b) {
+void HrekfModel::learn(State& s, const QuaternionR& q, const Vector3R& field_b) {
     put_reference(s, learn_reference<R>(q, field_b));
     s.has_reference = 1;
 }

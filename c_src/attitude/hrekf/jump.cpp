@@ -1,12 +1,9 @@
 // At an event: force and field correct first, then the heading aid; a new rate is held from here on.
-#pragma once
-
 #include "attitude/hrekf/model.hpp"
 
 namespace hnav {
 
-template <class R>
-void HrekfModelOf<R>::jump(State& s, const Event& event) const {
+void HrekfModel::jump(State& s, const Event& event) const {
     if (s.started) {
         Eigen::Map<QuaternionR>(s.x).normalize();
         take_turn(s);

@@ -2,8 +2,6 @@
 //
 // The second row, azimuth, observes the heading. Tilt, velocity and gyro calibration are consider states: no magnet may tilt the
 // horizon.
-#pragma once
-
 #include "attitude/ahrs/condition.hpp"
 
 #include <algorithm>
@@ -11,8 +9,7 @@
 namespace hnav {
 
 // The three rows: residual = H error + noise, H error = theta x M - dM - (u x M) dl - (0, H, 0) dd.
-template <class R>
-struct AhrsModelOf<R>::FieldRows {
+struct AhrsModel::FieldRows {
     R H, Z;         // horizontal and vertical intensity of the reference
     Vector3R swept; // u x M: change of the field by a second of latency
     Vector3R residual;
@@ -53,7 +50,7 @@ struct AhrsModelOf<R>::FieldRows {
     Response<3> stepped(const Correction& c, const Matrix3R& R_bn) const {
         Response<3> out;
         for (int j = 0; j < step_parts; ++j) out.col(j) = of(FromRotation{c.response.col(j).data()});
-        out.template rightCols<3>() -= R_bn;
+        out.rightCols<3>() -= R_bn;
         return out;
     }
 
@@ -64,8 +61,7 @@ struct AhrsModelOf<R>::FieldRows {
     }
 };
 
-template <class R>
-void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
+void AhrsModel::correct_field(State& s, Correction& c, double t_s) const {
     constexpr R unknown_intensity =
         100; // sigma of the intensities of a field that is not the given one, in units of the strength
     MeanField<R> mean{Vector3R(s.field_sum) / s.field_count};
@@ -105,16 +101,14 @@ void AhrsModelOf<R>::correct_field(State& s, Correction& c, double t_s) const {
 }
 
 // S: with the noise before inflation, as in the record of the innovation.
-template <class R>
-void AhrsModelOf<R>::note_rejected_field(State& s, const Matrix3R& S, const Response<3>& stepped, const Vector3R& innovation) {
+void AhrsModel::note_rejected_field(State& s, const Matrix3R& S, const Response<3>& stepped, const Vector3R& innovation) {
     const Cholesky<3, R> factor(S);
     if (factor.positive()) s.steps.reject(stepped, weighted<3>(factor, stepped), innovation, s.innovation[mag].nis);
 }
 
 // The corrections are linear. An uncertain heading that is far off is no measurement of the drift that it correlates with: its error is
 // another one, of the size of the angle.
-template <class R>
-void AhrsModelOf<R>::forget_heading_far_off(Correction& c, const FieldRows& rows) {
+void AhrsModel::forget_heading_far_off(Correction& c, const FieldRows& rows) {
     constexpr R linear_rad = R(0.5), sigmas2 = 9;
     const R away2 = square(rows.residual[1] / rows.H), variance = c.heading_variance();
     if (!(away2 > linear_rad * linear_rad && away2 < sigmas2 * variance)) return;
@@ -125,8 +119,7 @@ void AhrsModelOf<R>::forget_heading_far_off(Correction& c, const FieldRows& rows
 
 // Returns true if the field is not the given one (given_field.hpp). Its declination then has the variance of its azimuth. When a new
 // candidate field begins, the body has moved and the declination is a different one.
-template <class R>
-bool AhrsModelOf<R>::take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const {
+bool AhrsModel::take_foreign_field(State& s, Correction& c, const MeanField<R>& mean) const {
     if (place_.is_of_place(mean.horizontal(), mean.n[2])) {
         if (s.foreign2 > 0) leave_foreign_field(s, c);
         return false;
@@ -138,8 +131,7 @@ bool AhrsModelOf<R>::take_foreign_field(State& s, Correction& c, const MeanField
     return true;
 }
 
-template <class R>
-void AhrsModelOf<R>::leave_foreign_field(State& s, Correction& c) const {
+void AhrsModel::leave_foreign_field(State& s, Correction& c) const {
     c.P.row(declination).setZero();
     c.P.col(declination).setZero();
     c.P(declination, declination) = s.field_noise.scale2 * sigma_.declination * sigma_.declination;
@@ -149,9 +141,8 @@ void AhrsModelOf<R>::leave_foreign_field(State& s, Correction& c) const {
 
 // known: variances of the innovation without those of the reference. If the estimated disturbance of the place decreases, the prior
 // variance of its declination decreases too; if it increases, the variance increases.
-template <class R>
-void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
-                                       const Vector3R& known) const {
+void AhrsModel::learn_field_noise(State& s, Correction& c, const MeanField<R>& mean, const Vector3R& innovation,
+                                  const Vector3R& known) const {
     const R fast = R(options_.turning_rad_s), before = s.field_noise.scale2, sigma = sigma_.declination;
     const R turning = s.rest.at_rest(options_) ? 0 : std::fmin(R(1), s.rate_power / (fast * fast * s.x[13]));
     const R intensities[] = {mean.horizontal(), mean.n[2]}, innovations[] = {innovation[0], innovation[2]};
@@ -164,12 +155,11 @@ void AhrsModelOf<R>::learn_field_noise(State& s, Correction& c, const MeanField<
     const Vector PHt = c.column(declination);
     const R noise = sigma * sigma * now * before / (before - now);
     condition<1, considered>(c, PHt, Row1(PHt[declination] + noise), Row1(-s.declination - c.error[declination]),
-                             c.template stepped<1>(declination));
+                             c.stepped<1>(declination));
 }
 
 // Gathers evidence, and changes the reference if the evidence contradicts the present one.
-template <class R>
-void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {
+void AhrsModel::choose_reference(State& s, Correction& c, MeanField<R>& mean) const {
     const R fast = R(options_.turning_rad_s);
     const bool turning = s.rate_power > fast * fast * s.x[13];
     s.field.weigh(options_, mean, s.reference[0], s.reference[1], turning, s.field_s);
@@ -178,8 +168,7 @@ void AhrsModelOf<R>::choose_reference(State& s, Correction& c, MeanField<R>& mea
 }
 
 // The candidate becomes the reference. The heading and the mean field turn by the share by which the heading is uncertain.
-template <class R>
-void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mean) const {
+void AhrsModel::change_reference(State& s, Correction& c, MeanField<R>& mean) const {
     MagneticReference<R>& field = s.field;
     const R distrust = field.distrust(options_, c.heading_variance());
     keep_unit(s, mean);
@@ -201,24 +190,21 @@ void AhrsModelOf<R>::change_reference(State& s, Correction& c, MeanField<R>& mea
 }
 
 // Gates and noise are in units of the strength.
-template <class R>
-void AhrsModelOf<R>::keep_unit(State& s, MeanField<R>& mean) {
+void AhrsModel::keep_unit(State& s, MeanField<R>& mean) {
     const R change = s.field.candidate_unit();
     s.strength *= change;
     Eigen::Map<Vector3R>(s.field.candidate) /= change;
     mean.n /= change;
 }
 
-template <class R>
-void AhrsModelOf<R>::forget_reference(Covariance& P, R sigma) {
+void AhrsModel::forget_reference(Covariance& P, R sigma) {
     rows<2>(P, reference).setZero();
     columns<2>(P, reference).setZero();
     diagonal<2>(P, reference).setConstant(sigma * sigma);
 }
 
 // While the heading is known, an azimuth that deviates from it counts against the field too, in units of the intensity gate.
-template <class R>
-R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const {
+Scalar AhrsModel::azimuth_deviation(const State& s, const Correction& c, const FieldRows& rows) const {
     const R ready = R(options_.ready_heading_rad);
     const R variance = rows.H * rows.H * c.P(rotation + 2, rotation + 2);
     if (!(R(options_.mag_azimuth_gate_sigmas) > 0) || c.P(rotation + 2, rotation + 2) > ready * ready) return 0;
@@ -227,8 +213,7 @@ R AhrsModelOf<R>::azimuth_deviation(const State& s, const Correction& c, const F
 }
 
 // The gate. A reference that has been contradicted for long is estimated again.
-template <class R>
-FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const {
+FieldVerdict AhrsModel::judge_field(State& s, Correction& c, R away) const {
     const FieldVerdict verdict = s.field.judge(options_, away, s.field_s);
     s.verdict = static_cast<std::uint64_t>(verdict);
     if (verdict == FieldVerdict::begin_inflating) {
@@ -242,8 +227,7 @@ FieldVerdict AhrsModelOf<R>::judge_field(State& s, Correction& c, R away) const 
 // A field that contradicts a rarely observed reference may be the true one. The heading, which was taken from the reference, is then
 // wrong by the angle between the two. This angle is added to the output variance only: a gain that preferred one of the two fields
 // would follow whichever is false.
-template <class R>
-void AhrsModelOf<R>::note_contradiction(State& s, FieldVerdict verdict, const FieldRows& rows) {
+void AhrsModel::note_contradiction(State& s, FieldVerdict verdict, const FieldRows& rows) {
     constexpr R trusted_s = 8, per_s = 2, forgotten_s = 10;
     const R T = s.field_s;
     if (verdict == FieldVerdict::accept) {
@@ -259,8 +243,7 @@ void AhrsModelOf<R>::note_contradiction(State& s, FieldVerdict verdict, const Fi
 }
 
 // Variances of horizontal intensity, azimuth and vertical intensity of the mean field.
-template <class R>
-Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
+Vector3Of<Scalar> AhrsModel::field_noise(const State& s) const {
     const R scale = (s.rest.at_rest(options_) ? R(options_.mag_rest_factor) : 1) / s.field_s;
     const R room = s.field_noise.scale2, white = s.field_noise.white2 * s.field_s;
     const R intensity = (density_.intensity_density2 * room + white) * scale;
@@ -268,15 +251,13 @@ Vector3Of<R> AhrsModelOf<R>::field_noise(const State& s) const {
 }
 
 // Beyond the gate the weight of an accepted field decreases with its distance.
-template <class R>
-R AhrsModelOf<R>::noise_inflation(FieldVerdict verdict, R deviation) const {
+Scalar AhrsModel::noise_inflation(FieldVerdict verdict, R deviation) const {
     if (verdict == FieldVerdict::accept || verdict == FieldVerdict::reject) return 1;
     const R gates = deviation / R(options_.mag_gate);
     return gates * gates;
 }
 
-template <class R>
-void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& S, R inflation) {
+void AhrsModel::record_field(State& s, double t_s, const Vector3R& innovation, const Matrix3R& S, R inflation) {
     InnovationOf<R>& i = s.innovation[mag];
     i = {};
     i.t_s = t_s;
@@ -290,8 +271,7 @@ void AhrsModelOf<R>::record_field(State& s, double t_s, const Vector3R& innovati
 
 // Whether the reference has been uncontradicted for long enough. An azimuth that stays far from the heading contradicts one of the two;
 // until it returns the heading is not ready.
-template <class R>
-void AhrsModelOf<R>::confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const {
+void AhrsModel::confirm_heading(State& s, FieldVerdict verdict, bool azimuth_is_far) const {
     const R T = s.field_s;
     s.azimuth_rejected_s = std::clamp(s.azimuth_rejected_s + (azimuth_is_far ? T : -T), R(0), 5 * max_azimuth_rejected_s);
     // One rejection may be noise: it reduces the undisturbed time by three times its own.

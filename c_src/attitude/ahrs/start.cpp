@@ -1,12 +1,9 @@
 // The prior, the start, and what a new start or a reversal of time resets.
-#pragma once
-
 #include "attitude/ahrs/model.hpp"
 
 namespace hnav {
 
-template <class R>
-void AhrsModelOf<R>::begin(State& s) const {
+void AhrsModel::begin(State& s) const {
     Eigen::Map<Vector3R>(s.bias) = Vector3(options_.start_gyro_bias_rad_s).cast<R>();
     s.force_latency = R(options_.start_accel_latency);
     s.reversed = 0;
@@ -17,8 +14,7 @@ void AhrsModelOf<R>::begin(State& s) const {
     forget_attitude(s);
 }
 
-template <class R>
-void AhrsModelOf<R>::realign(State& s) const {
+void AhrsModel::realign(State& s) const {
     const Covariance P = unpack_columns<errors>(s.P);
     forget_attitude(s);
     Covariance kept = unpack_columns<errors>(s.P);
@@ -31,8 +27,7 @@ void AhrsModelOf<R>::realign(State& s) const {
 }
 
 // Sigmas of a filter that has processed the recording, wide enough to estimate the other end again.
-template <class R>
-void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
+void AhrsModel::turn_back(State& s, double t_s) const {
     for (R& b : s.bias) b = -b;
     for (R& y : s.rate) y = -y;
     for (R& y : s.read_rate) y = -y;
@@ -66,8 +61,7 @@ void AhrsModelOf<R>::turn_back(State& s, double t_s) const {
     forget_window(s);
 }
 
-template <class R>
-void AhrsModelOf<R>::forget_attitude(State& s) const {
+void AhrsModel::forget_attitude(State& s) const {
     for (R& v : s.x) v = 0;
     s.x[0] = 1;
     s.started = s.lost = s.gap_too_long = 0;
@@ -89,8 +83,7 @@ void AhrsModelOf<R>::forget_attitude(State& s) const {
     forget_window(s);
 }
 
-template <class R>
-void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) const {
+void AhrsModel::start_covariance(State& s, const Sigmas& start) const {
     Vector sigma;
     segment<2>(sigma, velocity).setConstant(start.velocity);
     segment<9>(sigma, calibration).setConstant(start.misalignment);
@@ -109,8 +102,7 @@ void AhrsModelOf<R>::start_covariance(State& s, const Sigmas& start) const {
     ++s.seldom_changes;
 }
 
-template <class R>
-typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) const {
+AhrsModel::Sigmas AhrsModel::start_sigmas(R sigma_heading) const {
     Sigmas sigmas = sigma_;
     sigmas.heading = sigma_heading;
     sigmas.declination *= FieldNoise<R>::at_first / FieldNoise<R>::room;
@@ -118,16 +110,14 @@ typename AhrsModelOf<R>::Sigmas AhrsModelOf<R>::start_sigmas(R sigma_heading) co
 }
 
 // The unit is the given field, or the first measured one.
-template <class R>
-void AhrsModelOf<R>::put_reference(State& s, const ReferenceFieldOf<R>& field) {
+void AhrsModel::put_reference(State& s, const ReferenceFieldOf<R>& field) {
     s.strength = field.strength;
     s.reference[0] = std::cos(field.dip_rad);
     s.reference[1] = std::sin(field.dip_rad);
 }
 
-// Its dip was measured from the estimated horizon: in the notation of FieldRows (correct_field.hpp) theta x M = dM.
-template <class R>
-void AhrsModelOf<R>::put_learnt_reference(State& s, const Vector3R& field_b) {
+// Its dip was measured from the estimated horizon: in the notation of FieldRows (correct_field.cpp) theta x M = dM.
+void AhrsModel::put_learnt_reference(State& s, const Vector3R& field_b) {
     put_reference(s, learn_reference<R>(QuaternionR(s.x), field_b));
     s.has_reference = 1;
     add_error(s, rotation + 1, s.reference[1], reference);
@@ -135,24 +125,21 @@ void AhrsModelOf<R>::put_learnt_reference(State& s, const Vector3R& field_b) {
 }
 
 // The heading is that of a field whose horizontal part was found with the estimated horizon.
-template <class R>
-void AhrsModelOf<R>::tie_heading_to_horizon(State& s) {
+void AhrsModel::tie_heading_to_horizon(State& s) {
     const R tangent = s.reference[1] / s.reference[0],
             largest = std::sqrt(any_angle_variance<R> / s.P[packed(rotation, rotation)]);
     add_error(s, rotation, std::clamp(tangent, -largest, largest), rotation + 2);
 }
 
 // The error `to` is larger by a multiple of the error `from`.
-template <class R>
-void AhrsModelOf<R>::add_error(State& s, int from, R factor, int to) {
+void AhrsModel::add_error(State& s, int from, R factor, int to) {
     const auto of = [&s](int i, int j) -> R& { return s.P[packed(std::min(i, j), std::max(i, j))]; };
     of(to, to) += factor * (2 * of(from, to) + factor * of(from, from));
     for (int j = 0; j < errors; ++j)
         if (j != to) of(to, j) += factor * of(from, j);
 }
 
-template <class R>
-void AhrsModelOf<R>::start(State& s, const Event& event) const {
+void AhrsModel::start(State& s, const Event& event) const {
     FirstAttitude<R> found;
     ++s.seldom_changes;
     if (!s.start.add(event, s.usable(event), turn_rate(s), start_, &found)) return;
@@ -171,8 +158,7 @@ void AhrsModelOf<R>::start(State& s, const Event& event) const {
 }
 
 // A start in a field that is not the given one: the heading is wrong by the declination of that field.
-template <class R>
-void AhrsModelOf<R>::start_in_foreign_field(State& s) const {
+void AhrsModel::start_in_foreign_field(State& s) const {
     const MeanField<R> seen{rotation_matrix<R>(QuaternionR(s.x)) * s.start.field() / s.strength};
     if (place_.is_of_place(seen.horizontal(), seen.n[2])) return;
     s.foreign2 = place_.azimuth_variance(seen.horizontal(), seen.n[2]);
@@ -182,8 +168,7 @@ void AhrsModelOf<R>::start_in_foreign_field(State& s) const {
 }
 
 // Turns attitude and all that is kept in navigation axes about the vertical.
-template <class R>
-void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
+void AhrsModel::turn_heading(State& s, R angle_rad) {
     const QuaternionR about_down = rotation_quaternion<R>({0, 0, angle_rad});
     Eigen::Map<QuaternionR>(s.x) = multiply<R>(about_down, QuaternionR(s.x));
     const R cosine = std::cos(angle_rad), sine = std::sin(angle_rad);
@@ -197,8 +182,7 @@ void AhrsModelOf<R>::turn_heading(State& s, R angle_rad) {
 }
 
 // The first field after a start without one: its azimuth defines north, so the heading turns to it.
-template <class R>
-void AhrsModelOf<R>::initialise_heading_by_field(State& s, const Vector3R& field_b) const {
+void AhrsModel::initialise_heading_by_field(State& s, const Vector3R& field_b) const {
     const Vector3R field_n = rotation_matrix<R>(QuaternionR(s.x)) * field_b;
     if (!(std::hypot(field_n[0], field_n[1]) > R(1e-3) * field_n.norm())) return;
     const R from_north = std::atan2(field_n[1], field_n[0]);

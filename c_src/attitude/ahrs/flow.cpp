@@ -1,40 +1,11 @@
-// Between events: attitude and its integral under the held rate.
-#pragma once
-
+// Before the flow over an interval: which samples are used, and the rate that holds.
 #include "attitude/ahrs/model.hpp"
-#include "attitude/common/attitude_flow.hpp"
-
-#include <algorithm>
 
 namespace hnav {
 
-template <class R>
-void AhrsModelOf<R>::nominal(R* x) const {
-    for (int i = 0; i < 4; ++i) x[i] = 1;
-    for (int i = 4; i < nx; ++i) x[i] = R(options_.correction_interval_s);
-}
-
-template <class R>
-void AhrsModelOf<R>::flow(const State& s, const R* x, R* dx) const {
-    if (s.started) AttitudeFlow<R>::derivative(turn_rate(s), x, dx);
-    else std::fill(dx, dx + nx, R(0));
-}
-
-template <class R>
-void AhrsModelOf<R>::flow_along(const State& s, const R* x, const R* direction, R* out) const {
-    if (s.started) AttitudeFlow<R>::along(turn_rate(s), x, direction, out);
-    else std::fill(out, out + nx, R(0));
-}
-
-template <class R>
-void AhrsModelOf<R>::flow_exactly(State& s, double interval_s) const {
-    AttitudeFlow<R>::exactly(turn_rate(s), R(interval_s), s.x);
-}
-
 // Coning: if the axis of rotation turns, the mean rate of an interval misses a rotation, which follows from the rate of the interval
 // before (Miller 1983).
-template <class R>
-void AhrsModelOf<R>::hold(State& s, const Event& event) const {
+void AhrsModel::hold(State& s, const Event& event) const {
     const Vector3R read = vector_of<R>(event, gyro), before(s.rate);
     const R T = R(event.t_s - s.last_s[gyro]);
     const bool follows = s.has_rate && T > 0;
@@ -51,10 +22,9 @@ void AhrsModelOf<R>::hold(State& s, const Event& event) const {
     note_turning(s);
 }
 
-template <class R>
-void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
+void AhrsModel::before_flow(State& s, const Event& event) const {
     examine(s, event);
-    s.gap_too_long = is_gap_too_long(s, event);
+    s.gap_too_long = s.started && gap_variance(s, event) > 1; // the turn in it is unknown
     if (!holds_backward(options_) || !s.has(event, gyro)) return;
     // Since the last rate sample, events of other sensors were processed under that rate. With backward hold the new rate replaces it for
     // this interval; if means are missing in between, that of both does.
@@ -70,8 +40,7 @@ void AhrsModelOf<R>::before_flow(State& s, const Event& event) const {
     }
 }
 
-template <class R>
-void AhrsModelOf<R>::rehold(State& s, const Event& event, double T) const {
+void AhrsModel::rehold(State& s, const Event& event, double T) const {
     const bool flowed = holds_backward(options_) && event.has(gyro) && s.started && T > 0 && !std::isinf(T);
     if (flowed) flow_exactly(s, -T);
     before_flow(s, event);

@@ -13,15 +13,12 @@
 // time and N is held: a polynomial of second degree in the states, which the derivatives of outputs rely on (c_api/shown_along.hpp).
 // White noise of the gyroscope of density n adds n t to the rotation; the paper's noise of density p on all four components of q
 // adds 4 p t to it, and p t to the variance of the length.
-#pragma once
-
 #include "attitude/hrekf/model.hpp"
 #include "maths/unroll.hpp"
 
 namespace hnav {
 
-template <class R>
-typename HrekfModelOf<R>::Covariance HrekfModelOf<R>::covariance(const State& s) const {
+HrekfModel::Covariance HrekfModel::covariance(const State& s) const {
     Covariance P = unpack<6>(s.P);
     const R t = s.x[Place::t];
     if (t == 0) return P;

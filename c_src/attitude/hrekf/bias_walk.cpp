@@ -1,14 +1,14 @@
 // How the walk of the bias becomes rotation: its noise over the turn that ends at an event.
-#pragma once
-
 #include "attitude/hrekf/model.hpp"
 
 namespace hnav {
+namespace {
 
 // With G(t) = t I - b(t) U + g(t) U^2, U = [u]x, w = |u|: the coefficients at T and the integrals over [0, T] of
 // their products (a = t), which give the integral of G Q G' for any Q.
-template <class R>
 struct TurnIntegrals {
+    using R = Scalar;
+
     R b, g, g1; // b(T), g(T) = integral of b, g1 = integral of g
     R aa, ab, ag, bb, bg, gg;
 
@@ -52,15 +52,16 @@ struct TurnIntegrals {
     }
 };
 
+} // namespace
+
 // The rate was held since the last event, and A_T - A_t = R_bn(T) G(T - t): the noise of this turn alone is the integral of
 // G shape G', seen from the body at its end.
-template <class R>
-void HrekfModelOf<R>::take_turn(State& s) const {
+void HrekfModel::take_turn(State& s) const {
     const R T = s.x[Place::t] - s.walk_s;
     if (!(T > 0)) return;
     const Vector3R u = turn_rate(s);
     const R w = u.norm();
-    const TurnIntegrals<R> I(w, T);
+    const TurnIntegrals I(w, T);
     const Matrix3R U = cross_matrix<R>(u), R_bn = rotation_matrix<R>(QuaternionR(s.x));
     Matrix3R UU = u * u.transpose();
     UU.diagonal().array() -= w * w;

@@ -1,13 +1,10 @@
 // Integrates the samples between two corrections in navigation axes, at their own times.
-#pragma once
-
 #include "attitude/ahrs/model.hpp"
 
 namespace hnav {
 
 // A vector that is constant in navigation axes, measured a share of a turn ago, in present body axes: to second order.
-template <class R>
-struct AhrsModelOf<R>::TurnedOn {
+struct AhrsModel::TurnedOn {
     Vector3R now_b;
     Vector3R swept_b; // derivative by the share
 
@@ -18,8 +15,7 @@ struct AhrsModelOf<R>::TurnedOn {
     }
 };
 
-template <class R>
-void AhrsModelOf<R>::forget_window(State& s) {
+void AhrsModel::forget_window(State& s) {
     for (int i = 4; i < nx; ++i) s.x[i] = 0;
     for (auto& of_axis : s.rate_moment)
         for (R& v : of_axis) v = 0;
@@ -31,8 +27,7 @@ void AhrsModelOf<R>::forget_window(State& s) {
 }
 
 // The rotation since the last event, under a constant rate.
-template <class R>
-void AhrsModelOf<R>::add_turn(const State& s, Moment& moment) {
+void AhrsModel::add_turn(const State& s, Moment& moment) {
     using Pair = Eigen::Array<R, 2, 1>;
     const R* y = s.rate;
     const Pair y01(y[0], y[1]), y20(y[2], y[0]), y12(y[1], y[2]);
@@ -47,8 +42,7 @@ void AhrsModelOf<R>::add_turn(const State& s, Moment& moment) {
     }
 }
 
-template <class R>
-void AhrsModelOf<R>::take_turn(State& s) {
+void AhrsModel::take_turn(State& s) {
     const Vector3R u = turn_rate(s);
     const R T = s.x[13] - s.turned_s;
     s.rate_power += u.squaredNorm() * T;
@@ -58,14 +52,7 @@ void AhrsModelOf<R>::take_turn(State& s) {
     std::copy(s.x + 4, s.x + 13, s.turned);
 }
 
-template <class R>
-R AhrsModelOf<R>::gap_variance(const State& s, const Event& event) const {
-    if (!s.is_gap(gyro, event.t_s)) return 0;
-    return s.rate_change.gap_variance(R(event.t_s - s.last_s[gyro]), s.has(event, gyro), R(options_.gap_turn_factor));
-}
-
-template <class R>
-void AhrsModelOf<R>::gather(State& s, const Event& event, R rate_s) const {
+void AhrsModel::gather(State& s, const Event& event, R rate_s) const {
     const Matrix3R R_bn = rotation_matrix<R>(QuaternionR(s.x));
     if (s.has(event, gyro)) s.rest.note_rate(options_, Vector3R(s.rate), rate_s);
     if (s.has(event, accel)) gather_force(s, event, R_bn);
@@ -76,8 +63,7 @@ void AhrsModelOf<R>::gather(State& s, const Event& event, R rate_s) const {
 
 // A force sample may be the mean of its interval, and so half an interval old, or a reading of its instant: the latency is estimated. Its
 // error changes the velocity of a body that turns, which makes it observable.
-template <class R>
-void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& R_bn) const {
+void AhrsModel::gather_force(State& s, const Event& event, const Matrix3R& R_bn) const {
     const Vector3R measured_b = vector_of<R>(event, accel);
     const R since = R(event.t_s - s.last_s[accel]), T = interval(s, accel, event.t_s);
     Eigen::Map<Vector3R> turned(s.force_turn);
@@ -96,8 +82,7 @@ void AhrsModelOf<R>::gather_force(State& s, const Event& event, const Matrix3R& 
     s.rest.note_force(options_, measured_b, T);
 }
 
-template <class R>
-void AhrsModelOf<R>::gather_field(State& s, const Event& event, const Matrix3R& R_bn) const {
+void AhrsModel::gather_field(State& s, const Event& event, const Matrix3R& R_bn) const {
     const Vector3R u = turn_rate(s), field_b = vector_of<R>(event, mag) / s.strength;
     Eigen::Map<Vector3R>(s.field_sum) += R_bn * TurnedOn(field_b, u, s.latency).now_b;
     Eigen::Map<Vector3R>(s.turn_sum) += R_bn * u;

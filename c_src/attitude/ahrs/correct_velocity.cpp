@@ -1,14 +1,11 @@
 // Correction by the accelerometer: 0 = v + noise. The velocity of a body is bounded, which makes the tilt observable. The noise is that
 // of a hand (motion_noise.hpp) plus that of lasting velocities (lasting_motion.hpp).
-#pragma once
-
 #include "attitude/ahrs/condition.hpp"
 
 namespace hnav {
 
 // The horizontal velocity as a sensor measures it.
-template <class R>
-InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S) {
+InnovationOf<Scalar>& AhrsModel::record_velocity(InnovationOf<R>& i, double t_s, const Vector2R& innovation, const Matrix2R& S) {
     i = {};
     i.t_s = t_s;
     i.dimension = 2;
@@ -22,9 +19,8 @@ InnovationOf<R>& AhrsModelOf<R>::record_velocity(InnovationOf<R>& i, double t_s,
 }
 
 // PHt: columns of the velocity. T: since the last measurement of its kind, s. evidence, withheld: as of condition.
-template <class R>
-void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
-                                           const Vector2R& innovation, R T, Evidence* evidence, R withheld) {
+void AhrsModel::condition_on_velocity(State& s, Correction& c, const Eigen::Matrix<R, errors, 2>& PHt, const Matrix2R& S,
+                                      const Vector2R& innovation, R T, Evidence* evidence, R withheld) {
     const Vector3R before = c.rotation_variances();
     condition<2, 0>(c, PHt, S, innovation, c.velocity_response, evidence, withheld);
     const Vector3R after = c.rotation_variances();
@@ -33,8 +29,7 @@ void AhrsModelOf<R>::condition_on_velocity(State& s, Correction& c, const Eigen:
     s.tilt_excess.note(c.error.data() + rotation, (before[0] + before[1] - after[0] - after[1]) / 2);
 }
 
-template <class R>
-void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool rests) const {
+void AhrsModel::correct_velocity(State& s, Correction& c, double t_s, bool rests) const {
     const Eigen::Matrix<R, errors, 2> PHt = columns<2>(c.P, velocity);
     Matrix2R S = block<2, 2>(c.P, velocity, velocity);
     const R lasting2 = rests ? s.lasting.density2() : std::max(s.lasting.density2(), density_.lasting_density2);
@@ -51,8 +46,7 @@ void AhrsModelOf<R>::correct_velocity(State& s, Correction& c, double t_s, bool 
 }
 
 // Evidence of a step of the gyro bias that the noise of lasting velocities hides. hiding2: its variance in S.
-template <class R>
-void AhrsModelOf<R>::note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation) {
+void AhrsModel::note_hidden_step(State& s, const Correction& c, const Matrix2R& S, R hiding2, const Vector2R& innovation) {
     const Matrix2R bounded = S - hiding2 * Matrix2R::Identity();
     const Cholesky<2, R> with(S), without(bounded);
     if (!without.positive()) return;
@@ -63,8 +57,7 @@ void AhrsModelOf<R>::note_hidden_step(State& s, const Correction& c, const Matri
 // If rates act an interval later or earlier than the option gyro_hold states, attitude and force are out of step, which looks like a
 // latency of the force by one interval d. The likelihood ratio of the estimated latency, l with variance P from l0 with P0, decides
 // between its prior and the prior shifted by d: exp(+-(l - l0) d / P0 - d^2 (P0 - P) / (2 P0^2)).
-template <class R>
-void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
+void AhrsModel::judge_hold(State& s, R latency_variance) const {
     const R prior = sigma_.force_latency * sigma_.force_latency;
     if (!(prior > 0 && s.spacing_s[gyro] > 0 && s.spacing_s[accel] > 0)) return;
     const R expected = s.reversed ? -R(options_.start_accel_latency) : R(options_.start_accel_latency);
@@ -76,8 +69,7 @@ void AhrsModelOf<R>::judge_hold(State& s, R latency_variance) const {
 }
 
 // The velocity state is relative to the present velocity, with this covariance.
-template <class R>
-void AhrsModelOf<R>::forget_velocity(State& s, Correction& c, const Matrix2R& covariance) {
+void AhrsModel::forget_velocity(State& s, Correction& c, const Matrix2R& covariance) {
     s.velocity[0] = s.velocity[1] = 0;
     rows<2>(c.P, velocity).setZero();
     columns<2>(c.P, velocity).setZero();

@@ -1,35 +1,31 @@
 // Steps of the gyro bias: how the error responds to them, and what follows when one is likely (bias_steps.hpp).
-#pragma once
-
 #include "attitude/ahrs/model.hpp"
 
 namespace hnav {
 
 // Over the time since the last correction, as propagate does with the columns of P.
-template <class R>
-void AhrsModelOf<R>::carry_response(State& s) const {
+void AhrsModel::carry_response(State& s) const {
     const Eigen::Map<const Matrix3R> G(s.x + 4);
     Eigen::Map<StepResponse> response(s.steps.response);
     Eigen::Map<Response<2>> of_velocity(s.steps.velocity_response);
-    const Response<3> before = response.template topRows<3>();
-    const Response<3> after = before - G.lazyProduct(response.template middleRows<3>(bias - rotation));
+    const Response<3> before = response.topRows<3>();
+    const Response<3> after = before - G.lazyProduct(response.middleRows<3>(bias - rotation));
     const R half = R(0.5 * gravity_m_s2) * s.force_s;
     of_velocity.row(0) -= half * (before.row(1) + after.row(1));
     of_velocity.row(1) += half * (before.row(0) + after.row(0));
-    response.template topRows<3>() = after;
+    response.topRows<3>() = after;
 }
 
 // A likely step is added to the estimate, and its covariance to P.
-template <class R>
-void AhrsModelOf<R>::admit_steps(State& s, Correction& c) const {
+void AhrsModel::admit_steps(State& s, Correction& c) const {
     if (s.lost) return;
     if (s.steps.look(s.x[13], s.rate_power)) {
         const auto found = s.steps.with_step();
         Eigen::Matrix<R, errors, 3> by_step = Eigen::Matrix<R, errors, 3>::Zero();
-        by_step.template topRows<2>() = c.velocity_response.template leftCols<3>();
-        by_step.template bottomRows<responding>() = c.response.template leftCols<3>();
-        const Eigen::Matrix<R, errors, 3> spread = by_step * found.covariance().template topLeftCorner<3, 3>();
-        c.error += by_step * found.mean().template head<3>();
+        by_step.topRows<2>() = c.velocity_response.leftCols<3>();
+        by_step.bottomRows<responding>() = c.response.leftCols<3>();
+        const Eigen::Matrix<R, errors, 3> spread = by_step * found.covariance().topLeftCorner<3, 3>();
+        c.error += by_step * found.mean().head<3>();
         for (int j = 0; j < errors; ++j)
             for (int i = 0; i <= j; ++i) c.P(i, j) += spread.row(i).dot(by_step.row(j));
     } else if (!s.steps.is_over()) {
