@@ -71,7 +71,7 @@ hnav_navigation navigation(const ins::Model& model, const ins::State& shown, dou
 
 // Shared by recordings: checks of the arrays, a row of output.
 hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
-void store(const ins::Protection& from, hnav_navigation* to);
+void fill(const ins::Navigation& from, hnav_navigation* to);
 void write_row(const hnav_navigation& navigation, const hnav_ins_run_output& out, std::size_t i);
 
 } // namespace ins_boundary

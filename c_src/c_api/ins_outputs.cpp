@@ -24,29 +24,18 @@ void fill_motion(const ins::Motion& n, hnav_navigation* out) {
     store(n.velocity_e, out->velocity_e_m_s);
 }
 
-void fill(const ins::State& s, const ins::Navigation& n, hnav_navigation* out) {
-    fill_motion(n, out);
+void fill_state(const ins::State& s, hnav_navigation* out) {
     store(Vector3(s.gyro_bias), out->gyro_bias_rad_s);
     store(Vector3(s.accel_bias), out->accel_bias_m_s2);
     store(Vector3(s.gyro_scale), out->gyro_scale);
-    store(n.sigma_position, out->sigma_position_m);
-    store(n.sigma_velocity, out->sigma_velocity_m_s);
-    store(n.sigma_rotation, out->sigma_rotation_rad);
     for (int i = 0; i < 3; ++i) {
         const auto sigma = [&](int row) { return std::sqrt(std::fmax(0, s.P[ins::packed(row + i, row + i)])); };
         out->sigma_gyro_bias_rad_s[i] = sigma(ins::row_gyro);
         out->sigma_accel_bias_m_s2[i] = sigma(ins::row_accel);
         out->sigma_gyro_scale[i] = sigma(ins::row_gyro_scale);
     }
-    out->heading_second_rad = n.circle.second_rad;
-    out->heading_second_share = n.circle.second_share;
     out->latency_s = s.latency;
-    store(n.protection, out);
     out->sigma_latency_s = std::sqrt(std::fmax(0, s.P[ins::packed(ins::row_latency, ins::row_latency)]));
-    out->tilt_ready = n.tilt_ready;
-    out->heading_ready = n.heading_ready;
-    out->velocity_ready = n.velocity_ready;
-    out->position_ready = n.position_ready;
 }
 
 // Samples that push refuses for their value or age are counted, and the recording continues without them, as a stream does.
@@ -89,10 +78,20 @@ Shown shown_of(const InsObject* f) {
 
 namespace hnav::ins_boundary {
 
-void store(const ins::Protection& from, hnav_navigation* to) {
-    to->protection_m[0] = from.horizontal_m;
-    to->protection_m[1] = from.vertical_m;
-    to->protection_heading_rad = from.heading_rad;
+void fill(const ins::Navigation& n, hnav_navigation* out) {
+    fill_motion(n, out);
+    store(n.sigma_position, out->sigma_position_m);
+    store(n.sigma_velocity, out->sigma_velocity_m_s);
+    store(n.sigma_rotation, out->sigma_rotation_rad);
+    out->heading_second_rad = n.circle.second_rad;
+    out->heading_second_share = n.circle.second_share;
+    out->protection_m[0] = n.protection.horizontal_m;
+    out->protection_m[1] = n.protection.vertical_m;
+    out->protection_heading_rad = n.protection.heading_rad;
+    out->tilt_ready = n.tilt_ready;
+    out->heading_ready = n.heading_ready;
+    out->velocity_ready = n.velocity_ready;
+    out->position_ready = n.position_ready;
 }
 
 hnav_status check_arrays(InsObject* f, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output) {
@@ -135,7 +134,8 @@ hnav_navigation navigation(const ins::Model& model, const ins::State& s, double 
     const double none = ins::nan;
     hnav_navigation out{};
     if (s.started()) {
-        fill(s, model.navigation(s, ahead_s, now_s), &out);
+        fill(model.navigation(s, ahead_s, now_s), &out);
+        fill_state(s, &out);
     } else {
         // Its numbers are the doubles between t_s and phase.
         double* first = &out.latitude_rad;

@@ -91,26 +91,12 @@ hnav_status Arrays::check_times() const {
 void Arrays::write(std::size_t row, const ins::SmoothedRow& smoothed) {
     if (!is_written(row)) return;
     const std::size_t i = row / every_;
-    const ins::Navigation& from = smoothed.navigation;
     hnav_navigation n{};
     n.t_s = in_.t_s[row];
-    n.latitude_rad = from.place.latitude_rad;
-    n.longitude_rad = from.place.longitude_rad;
-    n.height_m = from.place.height_m;
-    store(from.velocity_n, n.velocity_n_m_s);
-    store(from.q_nb, n.q_nb);
-    store(from.sigma_position, n.sigma_position_m);
-    store(from.sigma_velocity, n.sigma_velocity_m_s);
-    store(from.sigma_rotation, n.sigma_rotation_rad);
+    fill(smoothed.navigation, &n);
     store(smoothed.gyro_bias, n.gyro_bias_rad_s);
     store(smoothed.accel_bias, n.accel_bias_m_s2);
-    constexpr double none[2] = {0, 0};
-    store(ins::protection_of(from.sigma_position, from.sigma_rotation[2], 1, none), &n);
     n.phase = HNAV_INS_PHASE_NAVIGATING;
-    n.tilt_ready = from.tilt_ready;
-    n.heading_ready = from.heading_ready;
-    n.velocity_ready = from.velocity_ready;
-    n.position_ready = from.position_ready;
     hnav_ins_run_output out = out_;
     out.at_rest = nullptr;
     write_row(n, out, i);

@@ -55,14 +55,9 @@ double largest_given(const Covariance& P, const OnU& on, int row, int count) {
 
 } // namespace
 
-double Model::heading_variance(const State& s, const Covariance& P) const {
-    return is_free(s) ? heading_given(s, P, regression(P)) : P[row_phi + 2][row_phi + 2];
-}
-
 Model::Spread Model::spread(const State& s, const Covariance& P) const {
     const OnU on = is_free(s) ? regression(P) : OnU{};
-    return {is_free(s) ? heading_given(s, P, on) : P[row_phi + 2][row_phi + 2],
-            std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]), largest_given(P, on, row_v, 3),
+    return {is_free(s) ? heading_given(s, P, on) : P[row_phi + 2][row_phi + 2], P.larger(row_phi), largest_given(P, on, row_v, 3),
             largest_given(P, on, row_d, 2)};
 }
 
@@ -117,9 +112,7 @@ void leave_vertical_bias(const State& s, const Matrix3& before, Covariance& afte
     if (!(s.circle.spread_rad > any_rad)) return;
     const Vector3 vertical_b = attitude(s).row(2).transpose();
     const double learnt = vertical_b.dot((before - after.block(row_gyro, row_gyro)) * vertical_b);
-    const Matrix3 kept = std::fmax(0, learnt) * vertical_b * vertical_b.transpose();
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) after[row_gyro + i][row_gyro + j] += kept(i, j);
+    after.add(row_gyro, row_gyro, std::fmax(0, learnt) * vertical_b * vertical_b.transpose());
     vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
 }
 
@@ -189,6 +182,15 @@ namespace {
 // are late by tau: it lags by tau v0, and only what the velocity has gained since then shows tau.
 Vector3 lag_per_second(const State& s) { return vec(s.x + 3) - vec(s.in_t.gained); }
 
+// Transforms the covariance of the displacement d to that of its value without the lag.
+void admit_lag(const State& s, Covariance& P) {
+    const Vector3 v0 = lag_per_second(s);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j];
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency];
+}
+
 } // namespace
 
 Vector3 displacement(const State& s) {
@@ -230,15 +232,6 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     P.forget(row_u + 1);
     admit_lag(s, P);
     return P;
-}
-
-// Transforms the covariance of the displacement d to that of its value without the lag.
-void Model::admit_lag(const State& s, Covariance& P) {
-    const Vector3 v0 = lag_per_second(s);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j];
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency];
 }
 
 // The heading is found: turns the state by alpha. From here on the filter is a usual error-state filter.
@@ -293,12 +286,8 @@ void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     s.circle = any;
     s.external = {};
     s.placed_s = event.t_s;
-    s.gates = {};
-    s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
-    for (const int channel : {velocity, position}) {
-        s.refused_in_row[channel] = 0;
-        s.refused_since_s[channel] = nan;
-    }
+    s.gates.begin();
+    for (const int channel : {velocity, position}) s.note_refusal(channel, false, event.t_s);
     ++s.times_lost;
     put_gravity(s);
 }

@@ -10,20 +10,9 @@ void add_error(const double* error, State& s) {
     const Quaternion turn = rotation_quaternion(vec(error + row_phi));
     quat(s.x + 6) = multiply(turn, quat(s.x + 6)).normalized();
     if (s.field_unit > 0) turn_field(s, rotation_matrix(turn));
-    vec(s.gyro_bias) += vec(error + row_gyro);
-    vec(s.accel_bias) += vec(error + row_accel);
-    vec(s.gyro_scale) += vec(error + row_gyro_scale);
-    s.latency += error[row_latency];
-    vec(s.in_t.colour) += vec(error + row_colour);
-    s.offset += error[row_offset];
-    s.scale += error[row_scale];
-    for (int i = 0; i < 2; ++i) {
-        s.u[i] += error[row_u + i];
-        s.mount[i] += error[row_mount + i];
-    }
-    vec(s.iron) += vec(error + row_iron);
-    s.strength += error[row_strength];
-    s.direction += error[row_direction];
+    each_parameter(s, [error](int row, double* value, int count) {
+        for (int i = 0; i < count; ++i) value[i] += error[row + i];
+    });
 }
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
@@ -31,9 +20,7 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
     if (is_free(s)) {
         // An attitude correction times an unknown bias is a product of two errors; it is added as noise.
         const Matrix3 turned = cross_matrix(turned_b);
-        const Matrix3 more = turned * P.block(row_accel, row_accel) * turned.transpose();
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) P[row_accel + i][row_accel + j] += more(i, j);
+        P.add(row_accel, row_accel, turned * P.block(row_accel, row_accel) * turned.transpose());
     } else {
         vec(s.turned_b) += turned_b;
     }
@@ -67,10 +54,34 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     }
 }
 
-} // namespace
+// Age up to which a fix is used by the monitors: three periods of a usual receiver.
+constexpr double fix_age_s = 3;
+
+bool places_fit(const State& s) {
+    constexpr double outliers = 4; // more in a row are none
+    return s.refused_in_row[position] < outliers && s.fit(position).bias() < usual_bias;
+}
+
+// Rejected velocities are not used against the state until consistent positions have decided that the state is wrong.
+bool is_contradicted(const State& s, int channel, double now_s) {
+    const Contradiction::Verdict verdict = s.contradiction.verdict;
+    return channel == velocity && is_within(now_s - s.last_s[position], fix_age_s) &&
+           (verdict == Contradiction::velocity_wrong || (verdict == Contradiction::open && places_fit(s)));
+}
+
+// The state is wrong, however small its sigmas, if the NIS of velocities stays large, or that of positions where there are no
+// velocities.
+void note_strain(State& s, int channel, double nis, bool refused, double now_s) {
+    constexpr double small = 4, largest = 10;
+    const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
+    if ((channel == position && has_velocity) || (refused && is_contradicted(s, channel, now_s))) return;
+    s.strain += (std::fmin(nis, largest) - s.strain) / 20;
+    if (!(s.strain > small)) s.strained_since_s = nan;
+    else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
+}
 
 // Updates the monitors with the innovation of GNSS or a rest.
-void Model::note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
+void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c) {
     if (m.assumed && c.scale > 1) return; // the body has departed: that refutes the rest, not the state
     const Innovation& i = s.innovation[m.channel];
     // A position far off is a jump, which the gate and its patience handle. Velocities cannot jump for long.
@@ -80,6 +91,48 @@ void Model::note_fit(State& s, const Event& event, const Measurement& m, const C
     if (!(c.scale > 1) || s.refused_in_row[m.channel] > 0) s.nis_mean += (std::fmin(c.nis, 30) / m.rows - s.nis_mean) / 20;
     note_strain(s, m.channel, c.nis / m.rows, c.scale > 1, event.t_s);
 }
+
+// Velocities are preferred for consistency tests: they observe tilt, heading and biases, while positions have a slow error of their own.
+bool judges_velocity(const State& s, double now_s) {
+    return is_within(now_s - s.last_s[velocity], fix_age_s) &&
+           (s.refused_in_row[velocity] == 0 || s.contradiction.verdict == Contradiction::state_wrong);
+}
+
+// Compares the integrated innovations of rejected velocities with the innovations of the positions.
+void judge_velocity(State& s, const Event& event) {
+    constexpr double sure = 6; // logarithm of the ratio of likelihoods: chosen, 400 to 1
+    Contradiction& c = s.contradiction;
+    const bool fits_again = !(s.refused_in_row[velocity] > 0);
+    if (fits_again || (c.verdict == Contradiction::velocity_wrong && !places_fit(s))) return c.begin();
+    const Innovation &fast = s.innovation[velocity], &place = s.innovation[position];
+    const double since_s = c.last_s > 0 ? std::fmin(event.t_s - c.last_s, fix_age_s) : 0;
+    c.last_s = event.t_s;
+    for (int i = 0; i < 3; ++i) c.way[i] += since_s * fast.value[i];
+    if (!is_within(event.t_s - place.t_s, fix_age_s)) return;
+    if (std::isnan(c.position[0])) std::copy_n(place.value, 3, c.position);
+    if (!event.has(position) || c.verdict != Contradiction::open) return;
+    double ratio = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double moved = place.value[i] - c.position[i], variance = 2 * place.variance[i];
+        ratio += (square(moved) - square(moved - c.way[i])) / (2 * variance);
+    }
+    if (!(std::fabs(ratio) > sure)) return;
+    c.verdict = ratio > 0 ? Contradiction::state_wrong : Contradiction::velocity_wrong;
+    if (c.verdict == Contradiction::state_wrong)
+        for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
+}
+
+// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns. When
+// corrections turn the estimate, that direction must stay in t (observability-constrained filters, Huang et al. 2010). If it stayed in
+// body axes, the corrections would seem to observe it.
+void turn_biases(State& s, Covariance& P) {
+    const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
+    turn_rows(P, row_gyro, turn);
+    turn_rows(P, row_accel, turn);
+    vec(s.turned_b).setZero();
+}
+
+} // namespace
 
 void Model::note_gain(State& s, int channel, const Spread& before, const Spread& after) {
     if (after.heading > 0 && after.heading < before.heading)
@@ -95,8 +148,10 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     Correction c = correction_by(m, P, s.mean, gate_of(m));
     if (!c.sound) return;
     note_innovation(s, event, m, P, c);
-    if (is_absolute(m)) note_fit(s, event, m, c);
-    if (is_absolute(m)) note_steps(s, m, c);
+    if (is_absolute(m)) {
+        note_fit(s, event, m, c);
+        note_steps(s, m, c);
+    }
     if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) return;
     if (is_absolute(m) && m.channel == ins::rest)
         for (int i = 0; i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
@@ -113,15 +168,6 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
 void Model::widen(Covariance& P, int row, double variance) const {
     P[row][row] += variance;
     if (step_) step_->jumped(row, variance);
-}
-
-// Age up to which a fix is used by the monitors: three periods of a usual receiver.
-constexpr double fix_age_s = 3;
-
-// Velocities are preferred for consistency tests: they observe tilt, heading and biases, while positions have a slow error of their own.
-bool Model::judges_velocity(const State& s, double now_s) {
-    return is_within(now_s - s.last_s[velocity], fix_age_s) &&
-           (s.refused_in_row[velocity] == 0 || s.contradiction.verdict == Contradiction::state_wrong);
 }
 
 // Factor by which the bias of the innovations exceeds its limit; 1: consistent.
@@ -145,9 +191,9 @@ double Model::misfit(const State& s, double now_s) const {
     return swallows ? 1 + s.window.length_s / grows_s : 1;
 }
 
-// The variances of some rows grow by this factor, their sigmas up to the largest; correlations are kept.
-void Model::enlarge(Covariance& P, int row, int count, double factor, double largest) const {
-    for (int i = row; i < row + count; ++i) {
+// The variances of a vector grow by this factor, their sigmas up to the largest; correlations are kept.
+void Model::enlarge(Covariance& P, int row, double factor, double largest) const {
+    for (int i = row; i < row + 3; ++i) {
         if (!(P[i][i] > 0)) continue;
         const double by = std::sqrt(std::fmax(1, std::fmin(factor, square(largest) / P[i][i])));
         P.scale(i, by);
@@ -159,61 +205,21 @@ void Model::enlarge(Covariance& P, int row, int count, double factor, double lar
 // grow by the misfit (fading memory, Zhou and Frank 1996) until the innovations fit, with their correlations but for the latency's. A
 // heading lost in this way is searched again, a lost tilt is levelled again. The information that readiness needs must be gathered again.
 void Model::inflate_inconsistent(State& s, Covariance& P, double now_s) const {
-    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30,
-                     late = 1; // largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s
+    // Largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s.
+    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30, late = 1;
     if (s.phase != Phase::navigating || !has_judged(s)) return;
     const double factor = misfit(s, now_s);
     if (!(factor > 1)) return;
-    enlarge(P, row_v, 3, factor, speed);
-    enlarge(P, row_phi, 3, factor, angle);
-    enlarge(P, row_gyro, 3, factor, gyro);
-    enlarge(P, row_accel, 3, factor, accel);
+    enlarge(P, row_v, factor, speed);
+    enlarge(P, row_phi, factor, angle);
+    enlarge(P, row_gyro, factor, gyro);
+    enlarge(P, row_accel, factor, accel);
     // A displacement and the latency that explains it are not observed apart while the velocity is constant. Scaled without the displacement,
     // the latency would seem to be observed: of a start near the pole it was .15 s off at a sigma of .008.
     widen(P, row_latency, std::fmin((factor - 1) * P[row_latency][row_latency], square(late)));
     for (Consistency& fit : s.fits) fit.widen(factor);
     s.inconsistent_s = now_s;
     s.information_tilt = s.information_heading = s.information_velocity = 0;
-}
-
-namespace {
-
-bool places_fit(const State& s, double usual_bias) {
-    constexpr double outliers = 4; // more in a row are none
-    return s.refused_in_row[position] < outliers && s.fit(position).bias() < usual_bias;
-}
-
-} // namespace
-
-// Compares the integrated innovations of rejected velocities with the innovations of the positions.
-void Model::judge_velocity(State& s, const Event& event) {
-    constexpr double sure = 6; // logarithm of the ratio of likelihoods: chosen, 400 to 1
-    Contradiction& c = s.contradiction;
-    const bool fits_again = !(s.refused_in_row[velocity] > 0);
-    if (fits_again || (c.verdict == Contradiction::velocity_wrong && !places_fit(s, usual_bias))) return c.begin();
-    const Innovation &fast = s.innovation[velocity], &place = s.innovation[position];
-    const double since_s = c.last_s > 0 ? std::fmin(event.t_s - c.last_s, fix_age_s) : 0;
-    c.last_s = event.t_s;
-    for (int i = 0; i < 3; ++i) c.way[i] += since_s * fast.value[i];
-    if (!is_within(event.t_s - place.t_s, fix_age_s)) return;
-    if (std::isnan(c.position[0])) std::copy_n(place.value, 3, c.position);
-    if (!event.has(position) || c.verdict != Contradiction::open) return;
-    double ratio = 0;
-    for (int i = 0; i < 3; ++i) {
-        const double moved = place.value[i] - c.position[i], variance = 2 * place.variance[i];
-        ratio += (square(moved) - square(moved - c.way[i])) / (2 * variance);
-    }
-    if (!(std::fabs(ratio) > sure)) return;
-    c.verdict = ratio > 0 ? Contradiction::state_wrong : Contradiction::velocity_wrong;
-    if (c.verdict == Contradiction::state_wrong)
-        for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
-}
-
-// Rejected velocities are not used against the state until consistent positions have decided that the state is wrong.
-bool Model::is_contradicted(const State& s, int channel, double now_s) {
-    const Contradiction::Verdict verdict = s.contradiction.verdict;
-    return channel == velocity && is_within(now_s - s.last_s[position], fix_age_s) &&
-           (verdict == Contradiction::velocity_wrong || (verdict == Contradiction::open && places_fit(s, usual_bias)));
 }
 
 // Of two groups of samples that contradict each other the one that lasted longer is accepted.
@@ -232,12 +238,6 @@ bool Model::outlasts(const State& s, int channel, double off_m, double now_s) co
     return s.refused_in_row[channel] >= in_row && has_passed(now_s - since_s, patience_s);
 }
 
-void Model::note_refusal(State& s, int channel, bool refused, double now_s) {
-    s.refused_in_row[channel] = refused ? s.refused_in_row[channel] + 1 : 0;
-    if (!refused) s.refused_since_s[channel] = nan;
-    else if (std::isnan(s.refused_since_s[channel])) s.refused_since_s[channel] = now_s;
-}
-
 // Accepts a jump that has lasted: as an error of the GNSS position, or as a real change of velocity. If the first positions of a start
 // were wrong, the estimated position is wrong instead.
 void Model::accept_jump(State& s, Covariance& P, int channel, double off, double now_s) const {
@@ -249,7 +249,7 @@ void Model::accept_jump(State& s, Covariance& P, int channel, double off, double
         s.placed_s = s.refused_since_s[position];
     }
     for (int i = 0; i < 3; ++i) widen(P, row + i, off * off);
-    note_refusal(s, channel, false, now_s);
+    s.note_refusal(channel, false, now_s);
 }
 
 namespace {
@@ -291,18 +291,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
     for (double& r : m.R) r *= noise_of(s, m.channel);
     if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
-    note_refusal(s, m.channel, s.innovation[m.channel].noise_scale > 1, event.t_s);
-}
-
-// The state is wrong, however small its sigmas, if the NIS of velocities stays large, or that of positions where there are no
-// velocities.
-void Model::note_strain(State& s, int channel, double nis, bool refused, double now_s) {
-    constexpr double small = 4, largest = 10;
-    const bool has_velocity = is_within(now_s - s.last_s[velocity], 60.0);
-    if ((channel == position && has_velocity) || (refused && is_contradicted(s, channel, now_s))) return;
-    s.strain += (std::fmin(nis, largest) - s.strain) / 20;
-    if (!(s.strain > small)) s.strained_since_s = nan;
-    else if (std::isnan(s.strained_since_s)) s.strained_since_s = now_s;
+    s.note_refusal(m.channel, s.innovation[m.channel].noise_scale > 1, event.t_s);
 }
 
 void Model::restart_if_wrong(State& s, double now_s) const {
@@ -324,21 +313,17 @@ void Model::restart(State& s, double now_s) const {
     const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
     if (!first && is_within(now_s - compass_s, fresh_s)) s.heading_inflation = std::fmin(most, more * s.heading_inflation);
     s.refuted = Refuted::nothing;
-    vec(s.gyro_bias).setZero();
-    vec(s.accel_bias).setZero();
-    vec(s.gyro_scale).setZero();
+    for (double* estimate : {s.gyro_bias, s.accel_bias, s.gyro_scale}) vec(estimate).setZero();
     // What motion has refuted may be the accelerometer. Chosen: with 0 the tilt is ready and wrong for 8 % of the time after a step of the force
     // of 2 m/s2 on a quadrotor, with this for .03 %; with 1 it is right again 0.6 s later in the mean over all faults.
     constexpr double stepped_m_s2 = 0.3;
     Covariance P = Covariance::of(s);
+    for (int row = row_gyro; row < row_u; ++row) P.forget(row);
     for (int i = 0; i < 3; ++i) {
-        P.forget(row_gyro + i);
-        P.forget(row_accel + i);
-        P.forget(row_gyro_scale + i);
-        P[row_gyro + i][row_gyro + i] = square(s.bias_inflation * options_.start_sigma_gyro_bias_rad_s);
-        P[row_accel + i][row_accel + i] =
-            square(s.bias_inflation * options_.start_sigma_accel_bias_m_s2) + (first ? 0 : square(stepped_m_s2));
-        P[row_gyro_scale + i][row_gyro_scale + i] = options_.start_sigma_gyro_scale * options_.start_sigma_gyro_scale;
+        P.put_sigma(row_gyro + i, s.bias_inflation * options_.start_sigma_gyro_bias_rad_s);
+        P.put_sigma(row_accel + i, s.bias_inflation * options_.start_sigma_accel_bias_m_s2);
+        if (!first) P[row_accel + i][row_accel + i] += square(stepped_m_s2);
+        P.put_sigma(row_gyro_scale + i, options_.start_sigma_gyro_scale);
     }
     P.keep(s);
     for (double& x : s.x) x = 0;
@@ -353,7 +338,7 @@ bool Model::is_sound(const State& s, const Covariance& P) const {
     for (int i = 0; i < P.n; ++i) sound = sound && P[i][i] >= 0 && std::isfinite(P[i][i]);
     const int attitude = is_free(s) ? row_phi + 2 : row_gyro; // the rotation about the vertical is exact where its search begins
     for (int i = 0; i < attitude; ++i) sound = sound && P[i][i] > 0;
-    return sound && std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) < largest_tilt * largest_tilt;
+    return sound && P.larger(row_phi) < square(largest_tilt);
 }
 
 // A slow drift of the positions moves the estimate along. When their slow error exceeds its usual size, the estimate is wrong by about
@@ -368,19 +353,9 @@ void Model::admit_drift(State& s, Covariance& P) const {
         for (int i = 0; i < 2; ++i) widen(P, row + i, off_m * off_m);
 }
 
-// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns. When
-// corrections turn the estimate, that direction must stay in t (observability-constrained filters, Huang et al. 2010). If it stayed in
-// body axes, the corrections would seem to observe it.
-void Model::turn_biases(State& s, Covariance& P) {
-    const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
-    turn_rows(P, row_gyro, turn);
-    turn_rows(P, row_accel, turn);
-    vec(s.turned_b).setZero();
-}
-
 // Records the time since which the sigma of the heading has been below its limit.
 void Model::note_small_heading(State& s, const Covariance& P, double now_s) const {
-    const double sigma2 = heading_variance(s, P) * std::fmax(1, s.nis_mean);
+    const double sigma2 = spread(s, P).heading * std::fmax(1, s.nis_mean);
     const bool small = s.phase == Phase::navigating && sigma2 < square(options_.ready_heading_rad) && s.inconsistent_s < now_s;
     if (!small) s.heading_since_s = nan;
     else if (std::isnan(s.heading_since_s)) s.heading_since_s = now_s;
@@ -415,7 +390,7 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, speed)) correct_speed(s, P, event);
     correct_car(s, P, event);
     if (has_new(s, event, pressure)) correct_pressure(s, P, event);
-    clear_window(s);
+    s.window = {};
     if (has_new(s, event, velocity)) {
         correct_velocity(s, P, event);
         if (s.refused_in_row[velocity] == 0) begin_steps(s, P, newest_window, event.t_s);

@@ -60,8 +60,7 @@ void Model::accept_other_iron(State& s, Covariance& P, double now_s) const {
 bool Model::leaves_out_field(State& s, const Covariance& P, const Event& event) const {
     if (remembers_field(s, P, event)) return false;
     ++s.inflated[field];
-    ++s.refused_in_row[field];
-    if (std::isnan(s.refused_since_s[field])) s.refused_since_s[field] = event.t_s;
+    s.note_refusal(field, true, event.t_s);
     s.field_used_s = event.t_s;
     return true;
 }
@@ -79,9 +78,8 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     const double B[2][2] = {{north[0], north[1]}, {north[1], -north[0]}};
     const double expected[2] = {B[0][0] * s.u[0] + B[0][1] * s.u[1], B[1][0] * s.u[0] + B[1][1] * s.u[1]};
     const double across[2] = {-expected[1], expected[0]}; // derivative by a rotation about the vertical
-    Measurement m{field};
-    m.rows = 2;
-    const double tilt2 = std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]) * left[2] * left[2];
+    Measurement m{field, 2};
+    const double tilt2 = P.larger(row_phi) * left[2] * left[2];
     for (int i = 0; i < 2; ++i) {
         for (int j = 0; j < 3; ++j) m.H[i][row_iron + j] = -R(i, j);
         for (int k = 0; k < 2 && is_free(s); ++k) m.H[i][row_u + k] = -B[i][k];
@@ -96,11 +94,7 @@ void Model::correct_field(State& s, Covariance& P, const Event& event) const {
     for (double& r : m.R) r *= std::fmax(1, options_.field_colour_s / (event.t_s - s.field_used_s));
     s.field_used_s = event.t_s;
     use(s, P, event, m);
-    const bool refused = s.innovation[field].noise_scale > 1;
-    s.refused_in_row[field] = refused ? s.refused_in_row[field] + 1 : 0;
-    double& since_s = s.refused_since_s[field];
-    if (!refused) since_s = nan;
-    else if (std::isnan(since_s)) since_s = event.t_s;
+    s.note_refusal(field, s.innovation[field].noise_scale > 1, event.t_s);
 }
 
 } // namespace hnav::ins

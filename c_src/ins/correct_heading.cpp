@@ -25,8 +25,7 @@ void Model::correct_heading(State& s, Covariance& P, const Event& event) const {
     if (is_free(s)) {
         weigh_heading(s, P, wrap_angle(measured - yaw), variance, share);
     } else {
-        Measurement m{ins::heading};
-        m.rows = 1;
+        Measurement m{ins::heading, 1};
         m.H[0][row_phi + 2] = 1;
         m.R[0] = variance;
         m.r[0] = wrap_angle(measured - yaw);

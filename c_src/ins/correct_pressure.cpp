@@ -17,8 +17,7 @@ void Model::correct_pressure(State& s, Covariance& P, const Event& event) const 
         P.forget(row_offset);
         P[row_offset][row_offset] = weather_m * weather_m;
     }
-    Measurement m{pressure};
-    m.rows = 1;
+    Measurement m{pressure, 1};
     for (int i = 0; i < 3; ++i) m.H[0][row_d + i] = up[i];
     m.H[0][row_offset] = 1;
     const double sigma = 0.5 * (earth::pressure_height_m(z[0] - z[1]) - earth::pressure_height_m(z[0] + z[1]));

@@ -78,8 +78,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     const bool stated = has_new(s, event, ins::rest);
     if (!stated && !at_rest(s, event.t_s)) return admit_departure(s, P);
     s.glide.rested = 1;
-    Measurement still{ins::rest};
-    still.rows = 3;
+    Measurement still{ins::rest, 3};
     still.put(0, row_v, Matrix3::Identity());
     const double sigma = stated ? event.value[ins::rest][0] : options_.rest_velocity_noise_m_s;
     // A body that comes to rest moves slowly for a few more seconds.
@@ -99,8 +98,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
     const double T = s.window.length_s;
     if (!(T > 0)) return;
     const Vector3 rate = attitude(s) * (vec(s.window.rate_sum) / T - vec(s.gyro_bias));
-    Measurement steady{ins::rest};
-    steady.rows = 1;
+    Measurement steady{ins::rest, 1};
     steady.H[0][row_phi] = rate[1];
     steady.H[0][row_phi + 1] = -rate[0];
     const Vector3 vertical_b = attitude(s).row(2).transpose();

@@ -15,16 +15,16 @@ void put_turned(Measurement& m, const Vector3& z, const double* u, Vector3* turn
     }
 }
 
-} // namespace
-
 // A fix is late by the latency: a quantity that changes at this rate is measured as it was then. Receivers smooth the vertical channel
 // more than the horizontal ones, which adds a delay of its own, so the vertical does not observe the latency.
-void Model::put_latency(const Covariance& P, Measurement& m, const Vector3& change) {
+void put_latency(const Covariance& P, Measurement& m, const Vector3& change) {
     // Sigma of that delay: in a recorded flight horizontal velocities fit best 0.04 s late, vertical ones 0.1 s (docs/ins.md).
     constexpr double of_vertical_s = 0.06;
     for (int i = 0; i < 2; ++i) m.H[i][row_latency] = -change[i];
     m.R[2] += (square(of_vertical_s) + P[row_latency][row_latency]) * square(change[2]);
 }
+
+} // namespace
 
 // A receiver takes north and east at its own place. Without it they are those of the estimated place, whose error turns them by its size over
 // the distance to the pole.
@@ -33,7 +33,7 @@ Model::North Model::north_of(const State& s, const Covariance& P, const Event& e
     if (event.has(position) && !is_elsewhere(s, event)) return {earth::axes_at({fix[0], fix[1], fix[2]}), 0};
     if (is_free(s)) return {mat(s.fix_axes), 0};
     const earth::Place here = place_of(s);
-    const double off_m = std::sqrt(std::fmax(P[row_d][row_d], P[row_d + 1][row_d + 1]) + square(s.slow_m[0]));
+    const double off_m = std::sqrt(P.larger(row_d) + square(s.slow_m[0]));
     return {earth::axes_at(here), std::fmin(M_PI, off_m * std::fabs(std::tan(here.latitude_rad)) / earth::equator_m)};
 }
 
@@ -44,8 +44,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
         ++s.inflated[velocity];
         return;
     }
-    Measurement m{velocity};
-    m.rows = std::isnan(value[2]) ? 2 : 3;
+    Measurement m{velocity, std::isnan(value[2]) ? 2 : 3};
     const North north = north_of(s, P, event);
     Vector3 z = vec(value);
     if (m.rows == 2) z[2] = 0;
@@ -62,7 +61,7 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
         // The latency times the error of the acceleration by the tilt, a product of errors.
-        const double by_tilt = vec(s.gravity).squaredNorm() * std::fmax(P[row_phi][row_phi], P[row_phi + 1][row_phi + 1]);
+        const double by_tilt = vec(s.gravity).squaredNorm() * P.larger(row_phi);
         for (double& r : m.R) r += P[row_latency][row_latency] * by_tilt;
     }
     put_latency(P, m, a);
@@ -81,7 +80,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     bool lost = P[row_phi + 2][row_phi + 2] > lost2 && !trusted && !is_elsewhere(s, event);
     if (free && position_jumped(s, event)) {
         ++s.inflated[position];
-        note_refusal(s, position, true, event.t_s);
+        s.note_refusal(position, true, event.t_s);
         const double off_m = vec(s.gates.jump).head<2>().norm();
         if (!outlasts(s, position, off_m, event.t_s)) return;
         lost = lost || first_were_wrong(s, position, event.t_s);
@@ -91,8 +90,7 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     if (lost) return restart_heading(s, P, event);
     const earth::Place place{value[0], value[1], value[2]};
     mat(s.fix_axes) = earth::axes_at(place);
-    Measurement m{position};
-    m.rows = 3;
+    Measurement m{position, 3};
     Vector3 z = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
     const Vector3 lever = attitude(s) * vec(options_.antenna_b_m), v = vec(s.x + 3);
     m.put(0, row_d, Matrix3::Identity());

@@ -46,8 +46,7 @@ void Model::correct_speed(State& s, Covariance& P, const Event& event) const {
     const double* z = event.value[speed];
     const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? z[0] : nan);
     if (is_free(s) && !(options_.car_across_m_s > 0)) return; // the body may move sideways
-    Measurement m{speed};
-    m.rows = 1;
+    Measurement m{speed, 1};
     at.put(m, 0, 0);
     for (int j = 0; j < errors; ++j) m.H[0][j] *= 1 + s.scale;
     m.H[0][row_scale] = at.forward;
@@ -64,8 +63,7 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     if (!(options_.car_across_m_s > 0) || (is_free(s) && !measured)) return;
     const AtWheels at(s, vec(options_.wheel_b_m), is_free(s) ? event.value[speed][0] : nan);
     const double forward = at.forward, turning = at.turning;
-    Measurement m{speed};
-    m.rows = 2;
+    Measurement m{speed, 2};
     at.put(m, 0, 1);
     at.put(m, 1, 2);
     // In the car's axes, by the estimated mounting angles.

@@ -2,18 +2,9 @@
 #include "ins/model.hpp"
 
 namespace hnav::ins {
-
 namespace {
 
-constexpr double turns_alike_s = 5;
-
-} // namespace
-
-void Model::clear_window(State& s) { s.window = {}; }
-
-namespace {
-
-constexpr double small_m_s2 = 0.1, longest_s = 1;
+constexpr double small_m_s2 = 0.1, longest_s = 1, turns_alike_s = 5;
 
 // Averaging time that reduces vibration to small_m_s2.
 double mean_force_over_s(const State& s) {
@@ -164,6 +155,20 @@ void decay(Covariance& P, double* mean, int row, double share) {
     mean[row] *= share;
 }
 
+// A heading drift of unknown rate also rotates the tilt error. Averages the tilt covariance over a Gaussian rotation of this variance
+// (exact for the two axes), so that a long rotation does not make the tilt error grow. Returns the share that each error keeps in the mean.
+double turn_tilt(Covariance& P, double lost) {
+    if (!(lost > 0)) return 1;
+    const double a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1], c = P[row_phi][row_phi + 1];
+    const double kept = std::exp(-0.5 * lost), swapped = -0.5 * std::expm1(-2 * lost);
+    P.scale(row_phi, kept);
+    P.scale(row_phi + 1, kept);
+    P[row_phi][row_phi] = a + swapped * (b - a);
+    P[row_phi + 1][row_phi + 1] = b + swapped * (a - b);
+    P[row_phi][row_phi + 1] = P[row_phi + 1][row_phi] = (1 - 2 * swapped) * c;
+    return kept;
+}
+
 } // namespace
 
 void Model::note_prediction(const State& s, const Covariance& P, double tilt_kept) const {
@@ -199,20 +204,6 @@ void Model::spoil_field(const State& s, Covariance& P, double* mean) const {
     decay(P, mean, row_direction, kept);
     P[row_direction][row_direction] += off * off * (1 - kept * kept);
     for (int row = row_iron; row <= row_strength; ++row) P[row][row] += walk * walk * s.window.length_s;
-}
-
-// A heading drift of unknown rate also rotates the tilt error. Averages the tilt covariance over a Gaussian rotation of this variance
-// (exact for the two axes), so that a long rotation does not make the tilt error grow. Returns the share that each error keeps in the mean.
-double Model::turn_tilt(Covariance& P, double lost) {
-    if (!(lost > 0)) return 1;
-    const double a = P[row_phi][row_phi], b = P[row_phi + 1][row_phi + 1], c = P[row_phi][row_phi + 1];
-    const double kept = std::exp(-0.5 * lost), swapped = -0.5 * std::expm1(-2 * lost);
-    P.scale(row_phi, kept);
-    P.scale(row_phi + 1, kept);
-    P[row_phi][row_phi] = a + swapped * (b - a);
-    P[row_phi + 1][row_phi + 1] = b + swapped * (a - b);
-    P[row_phi][row_phi + 1] = P[row_phi + 1][row_phi] = (1 - 2 * swapped) * c;
-    return kept;
 }
 
 // The accuracy that a receiver reports is mostly a slowly varying error, which averaging does not reduce. A sigma below `sharp` of the
@@ -275,13 +266,9 @@ void Model::add_noise(const State& s, Covariance& P) const {
     const Vector3 turns2 = vec(s.steady_rate).cwiseAbs2();
     const Vector3 across = square(options_.gyro_scale) * T / turns_alike_s * (Vector3::Constant(turns2.sum()) - turns2);
     const Matrix3 R = attitude(s);
-    const Matrix3 lost_turn = R * Vector3(w.lost_turn2).asDiagonal() * R.transpose();
-    const Matrix3 lost_gain = R * Vector3(w.lost_gain2).asDiagonal() * R.transpose();
+    P.add(row_phi, row_phi, R * Vector3(w.lost_turn2).asDiagonal() * R.transpose());
+    P.add(row_v, row_v, R * Vector3(w.lost_gain2).asDiagonal() * R.transpose());
     for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-            P[row_phi + i][row_phi + j] += lost_turn(i, j);
-            P[row_v + i][row_v + j] += lost_gain(i, j);
-        }
         P[row_v + i][row_v + i] += accel + w.gap.gain2;
         P[row_d + i][row_d + i] += accel * T * T / 3 + w.gap.way2;
         P[row_d + i][row_v + i] += accel * T / 2;

@@ -24,6 +24,13 @@ void note_times(State& s, const Event& event) {
     vec(s.seen_v) = vec(s.x + 3);
 }
 
+void note_place(State& s, const Event& event) {
+    const double* p = event.value[position];
+    const earth::Place place{p[0], p[1], p[2]};
+    const double sigma_m = std::fmax(p[3], p[4]) * std::sqrt(s.fit(position).noise);
+    s.aids.note_position(earth::position_of(place), earth::axes_at(place), sigma_m, event.t_s);
+}
+
 } // namespace
 
 // Processes the interval since the last event.
@@ -59,13 +66,6 @@ void Model::note(State& s, const Event& event) const {
     // A velocity far from 0 does not belong to a glide.
     constexpr double fastest_m_s = 0.6;
     if (still && s.speed_known_m_s < std::fmax(fastest_m_s, 4 * s.speed_sigma_m_s)) s.glide.note(event.t_s, z, s.speed_sigma_m_s);
-}
-
-void Model::note_place(State& s, const Event& event) {
-    const double* p = event.value[position];
-    const earth::Place place{p[0], p[1], p[2]};
-    const double sigma_m = std::fmax(p[3], p[4]) * std::sqrt(s.fit(position).noise);
-    s.aids.note_position(earth::position_of(place), earth::axes_at(place), sigma_m, event.t_s);
 }
 
 void Model::try_start(State& s, const Event& event) const {

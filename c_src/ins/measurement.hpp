@@ -57,7 +57,13 @@ struct Covariance {
             for (int j = 0; j < 3; ++j) m(i, j) = P[row + i][column + j];
         return m;
     }
-    Vector3 variances(int row) const { return {P[row][row], P[row + 1][row + 1], P[row + 2][row + 2]}; }
+    void add(int row, int column, const Matrix3& block) {
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) P[row + i][column + j] += block(i, j);
+    }
+    // The larger variance of two horizontal rows, beginning with this one.
+    double larger(int row) const { return std::fmax(P[row][row], P[row + 1][row + 1]); }
+    void put_sigma(int row, double sigma) { P[row][row] = sigma * sigma; }
     void scale(int row, double factor) {
         for (int j = 0; j < n; ++j) P[row][j] *= factor;
         for (int j = 0; j < n; ++j) P[j][row] *= factor;

@@ -24,6 +24,9 @@
 
 namespace hnav::ins {
 
+constexpr double usual_colour = 3; // usual largest slow GNSS error, in sigmas
+constexpr double usual_bias = 8; // of Consistency::bias; exceeded with probability 2e-5 (chi-square of three / 3)
+
 // Motion at one time, in north-east-down axes at the place.
 struct Motion {
     earth::Place place;
@@ -127,22 +130,17 @@ public:
 private:
     // outputs.cpp
     void put_readiness(const State& s, double now_s, Navigation* n) const;
-    static void put_protection(const State& s, Navigation* n);
 
     // examine.cpp
     void examine(State& s, const Event& event) const;
     bool moves(const State& s) const;
     static void note_stale(State& s, const Event& event, bool elsewhere);
-    static bool has_gone(const State& s, double now_s);
     bool is_elsewhere(const State& s, const Event& event) const;
-    void note_lost(State& s, double t_s, double interval_s) const;
-    void note_knock(State& s, const Vector3& force, double interval_s) const;
     void widen_after_clock_jump(State& s) const;
 
     // jump.cpp
     void cross(State& s, const Event& event) const;
     void note(State& s, const Event& event) const;
-    static void note_place(State& s, const Event& event);
     void try_start(State& s, const Event& event) const;
 
     // mechanisation.cpp
@@ -159,9 +157,6 @@ private:
     double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
     void note_mean_force(State& s, const Vector3& force, double interval_s) const;
-    static double turn_tilt(Covariance& P, double lost);
-    static constexpr double usual_colour = 3; // usual largest slow GNSS error, in sigmas
-    static constexpr double usual_bias = 8; // of Consistency::bias; exceeded with probability 2e-5 (chi-square of three / 3)
     // Slow GNSS error: its sigma in m from the stated sigma of a fix; and for north, east, down the share kept and the variance added
     // over an interval.
     double slow_sigma(double stated_m, bool vertical) const;
@@ -170,7 +165,6 @@ private:
         double kept[3], grown[3];
     };
     Colour colour_of(const State& s, const double* mean) const;
-    static void clear_window(State& s);
 
     // start.cpp
     void level(State& s, const Event& event) const;
@@ -181,14 +175,13 @@ private:
         bool by_velocity = false;
         double noise = 1; // variance of the velocities over the stated one
     };
-    static void begin_window(State& s, const Event& event);
-    static double noise_left(const Levelling& l, double singular_values);
     double levelling_variance(const State& s, double window_s, double noise) const;
     Tilt tilt_by_velocity(const State& s, double now_s) const;
     bool find_tilt(const State& s, double now_s, Tilt* tilt) const;
     void start(State& s, const Event& event, const Tilt& tilt) const;
     double start_velocity_sigma(const State& s, int axis) const;
     void put_place(const State& s, Covariance& P, const double* sigma_m, double wide_m) const;
+    Covariance prior(const State& s) const;
     void start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const;
     void anchor(State& s, const earth::Place& place) const;
     void begin_levelling(State& s) const;
@@ -196,13 +189,11 @@ private:
     // any_heading.cpp
     void centre(State& s, Covariance& P, bool look_at_circle) const;
     Covariance given_circle(const State& s, Covariance P) const;
-    static void admit_lag(const State& s, Covariance& P);
     void collapse(State& s, Covariance& P) const;
     void restart_heading(State& s, Covariance& P, const Event& event) const;
     bool is_likely(const State& s, double off_m_s, double sigma_m_s, double since_s) const;
     bool velocity_fits(State& s, const Event& event) const;
     bool position_jumped(State& s, const Event& event) const;
-    double heading_variance(const State& s, const Covariance& P) const;
     // Largest variances of the axes. While the heading is unknown, those of velocity and position are conditional on it.
     struct Spread {
         double heading, tilt, velocity, position;
@@ -227,20 +218,13 @@ private:
     void note_small_heading(State& s, const Covariance& P, double now_s) const;
     static bool first_were_wrong(const State& s, int channel, double now_s);
     bool outlasts(const State& s, int channel, double off_m, double now_s) const;
-    static void note_refusal(State& s, int channel, bool refused, double now_s);
     double misfit(const State& s, double now_s) const;
-    static bool judges_velocity(const State& s, double now_s);
-    void enlarge(Covariance& P, int row, int count, double factor, double largest) const;
+    void enlarge(Covariance& P, int row, double factor, double largest) const;
     void inflate_inconsistent(State& s, Covariance& P, double now_s) const;
-    static void judge_velocity(State& s, const Event& event);
     bool recovers(const State& s) const;
-    static bool is_contradicted(const State& s, int channel, double now_s);
     void accept_jump(State& s, Covariance& P, int channel, double off, double now_s) const;
     void use_absolute(State& s, Covariance& P, const Event& event, Measurement& m) const;
     void apply(State& s, Covariance& P, const double* error) const;
-    static void turn_biases(State& s, Covariance& P);
-    static void note_fit(State& s, const Event& event, const Measurement& m, const Correction& c);
-    static void note_strain(State& s, int channel, double nis, bool refused, double now_s);
     void restart_if_wrong(State& s, double now_s) const;
     void restart(State& s, double now_s) const;
     bool is_sound(const State& s, const Covariance& P) const;
@@ -266,7 +250,6 @@ private:
         double sigma_rad; // about down
     };
     North north_of(const State& s, const Covariance& P, const Event& event) const;
-    static void put_latency(const Covariance& P, Measurement& m, const Vector3& change);
     void correct_heading(State& s, Covariance& P, const Event& event) const;
     void correct_field(State& s, Covariance& P, const Event& event) const;
     bool wants_field(const State& s, const Event& event) const;

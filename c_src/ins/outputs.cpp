@@ -4,6 +4,12 @@
 
 namespace hnav::ins {
 
+Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m) {
+    constexpr double sigmas = 5; // tails are heavier than Gaussian: 1e-3 of the errors exceed 4.3 sigmas, not 3.3
+    return {sigmas * lie * sigma_position.head<2>().maxCoeff() + slow_m[0], sigmas * lie * sigma_position[2] + slow_m[1],
+            std::fmin(M_PI, sigmas * lie * sigma_heading)};
+}
+
 Covariance Model::covariance_at(const State& s, double ahead_s) const {
     State now = s;
     if (ahead_s > 0 && flows(s)) {
@@ -36,10 +42,19 @@ bool is_consistent(const State& s, double now_s, bool given) {
 }
 
 // Positions that are refused, or have departed from the integrated velocity by more than this limit, are not reliable.
-bool places_agree(const State& s, double usual_bias, double limit_m) {
+bool places_agree(const State& s, double limit_m) {
     constexpr double far = 5;
     const double off_m = vec(s.in_t.colour).head<2>().norm();
     return !are_refused(s, position) && s.fit(position).bias() < usual_bias && off_m < std::fmax(limit_m, far * s.slow_m[0]);
+}
+
+void put_protection(const State& s, Navigation* n) {
+    double misfit = std::fmax(1, s.nis_mean);
+    for (const Consistency& fit : s.fits) misfit = std::fmax(misfit, fit.bias() / usual_bias);
+    const Vector3 colour = vec(s.in_t.colour);
+    const double slow_m[] = {std::fmax(0, colour.head<2>().norm() - usual_colour * s.slow_m[0]),
+                             std::fmax(0, std::fabs(colour[2]) - usual_colour * s.slow_m[1])};
+    n->protection = protection_of(n->sigma_position, n->sigma_rotation[2], std::sqrt(misfit), slow_m);
 }
 
 } // namespace
@@ -62,24 +77,9 @@ void Model::put_readiness(const State& s, double now_s, Navigation* n) const {
                        is_earned(s.information_heading, options_.ready_heading_rad);
     n->velocity_ready = fixed && n->sigma_velocity.maxCoeff() * lie < options_.ready_velocity_m_s &&
                         is_earned(s.information_velocity, options_.ready_velocity_m_s);
-    n->position_ready = fixed && places_agree(s, usual_bias, options_.ready_position_m) &&
+    n->position_ready = fixed && places_agree(s, options_.ready_position_m) &&
                         n->sigma_position.head<2>().maxCoeff() * lie < options_.ready_position_m &&
                         (has_given_place(s) || is_earned(s.information_position, options_.ready_position_m));
-}
-
-Protection protection_of(const Vector3& sigma_position, double sigma_heading, double lie, const double* slow_m) {
-    constexpr double sigmas = 5; // tails are heavier than Gaussian: 1e-3 of the errors exceed 4.3 sigmas, not 3.3
-    return {sigmas * lie * sigma_position.head<2>().maxCoeff() + slow_m[0], sigmas * lie * sigma_position[2] + slow_m[1],
-            std::fmin(M_PI, sigmas * lie * sigma_heading)};
-}
-
-void Model::put_protection(const State& s, Navigation* n) {
-    double misfit = std::fmax(1, s.nis_mean);
-    for (const Consistency& fit : s.fits) misfit = std::fmax(misfit, fit.bias() / usual_bias);
-    const Vector3 colour = vec(s.in_t.colour);
-    const double slow_m[] = {std::fmax(0, colour.head<2>().norm() - usual_colour * s.slow_m[0]),
-                             std::fmax(0, std::fabs(colour[2]) - usual_colour * s.slow_m[1])};
-    n->protection = protection_of(n->sigma_position, n->sigma_rotation[2], std::sqrt(misfit), slow_m);
 }
 
 Matrix3 show_motion(const State& s, const Matrix3& to_earth, Motion* motion) {

@@ -42,6 +42,34 @@ bool wants_window(const Options& options, const Levelling& l, double now_s) {
     return std::isnan(l.first_velocity_s) || (l.count >= 2 && has_passed(now_s - l.first_velocity_s, longest_s));
 }
 
+// Starts the window at this velocity.
+void begin_window(State& s, const Event& event) {
+    const Levelling before = s.levelling;
+    Levelling& l = s.levelling;
+    l = {};
+    l.q[0] = 1;
+    l.began_s = before.began_s;
+    l.since_s = before.since_s;
+    l.samples = before.samples;
+    vec(l.force) = vec(before.force);
+    l.takes_all = before.takes_all;
+    l.first_velocity_s = l.fits_s = event.t_s;
+    vec(l.velocity0) = vec(event.value[velocity]);
+}
+
+// Variance of the velocities over the stated one, by what the rotation leaves of them, whose sum of singular values this is (Wahba's loss).
+// Without this law quadrotors would start with a tilt three sigmas off, beside receivers that state a quarter of their noise.
+double noise_left(const Levelling& l, double singular_values) {
+    const double freedom = 3 * l.count - 6; // without the rotation and the mean
+    if (!(freedom > 0)) return 1;
+    const double squares = l.sum_squares - (vec(l.sum_seen).squaredNorm() + vec(l.sum_gained).squaredNorm()) / l.count;
+    const double left2 = squares - 2 * singular_values;
+    const double noise = left2 / freedom * l.count / l.variance;
+    // Less may be chance, and more is no noise: the velocities are false, and motion must refute what they start. Chosen: without the upper limit
+    // cars whose receiver begins with zeros have their heading after 31 s in the median instead of 29.
+    return noise > Consistency::at_once && noise < Consistency::largest ? noise : 1;
+}
+
 } // namespace
 
 void Model::begin_levelling(State& s) const {
@@ -49,18 +77,14 @@ void Model::begin_levelling(State& s) const {
     s.levelling.q[0] = 1;
     s.levelling.began_s = s.levelling.since_s = s.levelling.first_velocity_s = nan;
     s.phase = std::isfinite(s.last_s[imu]) ? Phase::levelling : Phase::waiting;
-    s.gates = {};
-    s.gates.velocity_s = s.gates.position_s = s.gates.refused_s = nan;
+    s.gates.begin();
     s.rest = {};
     s.forget_rests();
     s.heading_since_s = s.strained_since_s = nan;
     s.begin_monitors();
     s.contradiction.begin();
     s.strain = 1;
-    for (int c = 0; c < channel_count; ++c) {
-        s.refused_in_row[c] = 0;
-        s.refused_since_s[c] = nan;
-    }
+    for (int c = 0; c < channel_count; ++c) s.note_refusal(c, false, s.last_event_s);
     for (double& e : s.mean) e = 0;
 }
 
@@ -102,21 +126,6 @@ void Model::anchor(State& s, const earth::Place& place) const {
     s.has_place = 1;
 }
 
-// Starts the window at this velocity.
-void Model::begin_window(State& s, const Event& event) {
-    const Levelling before = s.levelling;
-    Levelling& l = s.levelling;
-    l = {};
-    l.q[0] = 1;
-    l.began_s = before.began_s;
-    l.since_s = before.since_s;
-    l.samples = before.samples;
-    vec(l.force) = vec(before.force);
-    l.takes_all = before.takes_all;
-    l.first_velocity_s = l.fits_s = event.t_s;
-    vec(l.velocity0) = vec(event.value[velocity]);
-}
-
 // Processes an IMU sample or a velocity before the first tilt.
 void Model::level(State& s, const Event& event) const {
     Levelling& l = s.levelling;
@@ -150,8 +159,7 @@ void Model::level_by_velocity(State& s, const Event& event) const {
     Levelling& l = s.levelling;
     if (wants_window(options_, l, event.t_s)) {
         if (std::isnan(l.since_s)) l.since_s = event.t_s;
-        begin_window(s, event);
-        return;
+        return begin_window(s, event);
     }
     const double strength = s.has_place ? vec(s.gravity).norm() : 9.8;
     const Vector3 gained = vec(l.gained), seen = vec(event.value[velocity]) - vec(l.velocity0) -
@@ -175,19 +183,6 @@ void Model::level_by_velocity(State& s, const Event& event) const {
     vec(l.sum_gained) += gained;
     l.sum_squares += seen.squaredNorm() + gained.squaredNorm();
     l.count += 1;
-}
-
-// Variance of the velocities over the stated one, by what the rotation leaves of them, whose sum of singular values this is (Wahba's loss).
-// Without this law quadrotors would start with a tilt three sigmas off, beside receivers that state a quarter of their noise.
-double Model::noise_left(const Levelling& l, double singular_values) {
-    const double freedom = 3 * l.count - 6; // without the rotation and the mean
-    if (!(freedom > 0)) return 1;
-    const double squares = l.sum_squares - (vec(l.sum_seen).squaredNorm() + vec(l.sum_gained).squaredNorm()) / l.count;
-    const double left2 = squares - 2 * singular_values;
-    const double noise = left2 / freedom * l.count / l.variance;
-    // Less may be chance, and more is no noise: the velocities are false, and motion must refute what they start. Chosen: without the upper limit
-    // cars whose receiver begins with zeros have their heading after 31 s in the median instead of 29.
-    return noise > Consistency::at_once && noise < Consistency::largest ? noise : 1;
 }
 
 // Variance of the velocities in the window: GNSS noise, plus the curvature that gyro bias, vibration and force noise can add, in the
@@ -259,30 +254,30 @@ void Model::put_place(const State& s, Covariance& P, const double* sigma_m, doub
     }
 }
 
-// The sigma of the first position contains start_sigma_position_m, so that a bad first fix does no harm.
-void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
+// Sensor errors as they are, and the priors of what no fix shows at once.
+Covariance Model::prior(const State& s) const {
     Covariance P = Covariance::of(s);
     for (int row = 0; row < P.n; ++row)
         if (row < row_gyro || row >= row_u) P.forget(row);
-    const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
+    P.put_sigma(row_scale, options_.start_sigma_speed_scale);
+    for (int i = 0; i < 2; ++i) P.put_sigma(row_mount + i, options_.start_sigma_mounting_rad);
+    P.put_sigma(row_latency, options_.start_sigma_latency_s);
+    return P;
+}
+
+// The sigma of the first position contains start_sigma_position_m, so that a bad first fix does no harm.
+void Model::start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const {
+    Covariance P = prior(s);
     s.slow_m[0] = s.slow_before_m[0] = slow_sigma(first_sigma.head<2>().maxCoeff(), false);
     s.slow_m[1] = s.slow_before_m[1] = slow_sigma(first_sigma[2], true);
     put_place(s, P, first_sigma.data(), has_given_place(s) ? given_place_m : options_.start_sigma_position_m);
-    put(row_scale, options_.start_sigma_speed_scale);
-    put(row_mount, options_.start_sigma_mounting_rad);
-    put(row_mount + 1, options_.start_sigma_mounting_rad);
-    put(row_latency, options_.start_sigma_latency_s);
     const bool sharp = has_given_state(s) || (found.by_velocity && !state_given(options_));
     const double tilt = std::fmax(sharp ? 0 : mean_force_tilt, options_.start_sigma_tilt_rad);
     if (has_given_state(s)) {
-        put(row_phi, tilt);
-        put(row_phi + 1, tilt);
-        put(row_phi + 2, options_.start_sigma_heading_rad);
-        P.keep(s);
-        return;
+        for (int i = 0; i < 3; ++i) P.put_sigma(row_phi + i, i == 2 ? options_.start_sigma_heading_rad : tilt);
+        return P.keep(s);
     }
-    put(row_u, std::sqrt(0.5));
-    put(row_u + 1, std::sqrt(0.5));
+    for (int i = 0; i < 2; ++i) P.put_sigma(row_u + i, std::sqrt(0.5));
     // Gyro and accelerometer biases acted on the window: the tilt is correlated with them.
     const Levelling& l = s.levelling;
     const Matrix3 to_now = attitude(s) * rotation_matrix(quat(l.q)).transpose();
@@ -361,7 +356,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     put_gravity(s);
     s.in_t.mean_force[0] = nan;
     s.mean_force2 = 0;
-    clear_window(s);
+    s.window = {};
     s.last_correction_s = event.t_s;
 }
 
@@ -373,42 +368,31 @@ State Model::once_more(State s, const State& later, double known_s) const {
     s.times_lost = 0; // this state is a given one, which nothing has contradicted
     s.inconsistent_s = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < 2; ++i) s.slow_m[i] = s.slow_before_m[i] = later.slow_m[i];
-    Covariance P = Covariance::of(s);
-    for (int row = 0; row < P.n; ++row)
-        if (row < row_gyro || row >= row_u) P.forget(row);
-    const auto put = [&](int row, double sigma) { P[row][row] = sigma * sigma; };
+    Covariance P = prior(s);
     for (int i = 0; i < 3; ++i) {
         const double fast = start_velocity_sigma(s, i), colour = s.slow_m[i == 2];
-        put(row_colour + i, colour);
-        put(row_d + i, at_given_place ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
-        put(row_v + i, fast);
-        put(row_phi + i, i == 2 ? any_heading : any_tilt);
-        s.in_t.colour[i] = 0;
+        P.put_sigma(row_colour + i, colour);
+        P.put_sigma(row_d + i, at_given_place ? colour : std::hypot(options_.start_sigma_position_m, fast * known_s));
+        P.put_sigma(row_v + i, fast);
+        P.put_sigma(row_phi + i, i == 2 ? any_heading : any_tilt);
     }
-    put(row_scale, options_.start_sigma_speed_scale);
-    put(row_mount, options_.start_sigma_mounting_rad);
-    put(row_mount + 1, options_.start_sigma_mounting_rad);
-    put(row_latency, options_.start_sigma_latency_s);
     s.field_unit = later.field_unit;
     if (s.field_unit > 0) forget_field(s, P);
     P.keep(s);
 
-    vec(s.iron) = vec(later.iron);
-    s.strength = later.strength;
-    s.direction = later.direction;
+    double estimate[errors];
+    each_parameter(later, [&](int row, const double* value, int count) { std::copy_n(value, count, estimate + row); });
+    each_parameter(s, [&](int row, double* value, int count) { std::copy_n(estimate + row, count, value); });
+    vec(s.in_t.colour).setZero();
     vec(s.anchor_e) = vec(later.anchor_e);
     mat(s.axes) = mat(later.axes);
     vec(s.earth_rate) = vec(later.earth_rate);
     std::copy(later.x, later.x + nx, s.x);
-    vec(s.gyro_bias) = vec(later.gyro_bias);
-    vec(s.accel_bias) = vec(later.accel_bias);
-    vec(s.gyro_scale) = vec(later.gyro_scale);
     begin_levelling(s); // gates and detectors are those of a start
     s.phase = Phase::navigating;
     s.has_place = 1;
     s.u[0] = 1;
     s.u[1] = s.scale = s.mount[0] = s.mount[1] = 0;
-    s.latency = later.latency;
     s.circle = Circle{};
     s.offset = nan;
     s.nis_mean = 1;
@@ -417,7 +401,7 @@ State Model::once_more(State s, const State& later, double known_s) const {
     quat(s.seen_q) = quat(s.x + 6);
     vec(s.seen_v) = vec(s.x + 3);
     put_gravity(s);
-    clear_window(s);
+    s.window = {};
     s.last_correction_s = s.last_event_s;
     return s;
 }

@@ -18,6 +18,7 @@
 #include "signals/sensor_checks.hpp"
 #include "signals/strapdown.hpp"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -139,6 +140,11 @@ struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
     double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
     double fitting_s, refused_s; // velocities were accepted since; rejected since, NaN: the last one was accepted
+
+    void begin() {
+        *this = {};
+        velocity_s = position_s = refused_s = nan;
+    }
 };
 
 // Vectors in t other than displacement, velocity and attitude. It contains vectors only, because turn() rotates all members.
@@ -232,9 +238,31 @@ struct State {
     Consistency& fit(int channel) { return fits[channel - velocity]; }
     const Consistency& fit(int channel) const { return fits[channel - velocity]; }
     bool has(const Event& event, int channel) const { return event.has(channel) && !((rejected >> channel) & 1); }
+    void note_refusal(int channel, bool refused, double now_s) {
+        refused_in_row[channel] = refused ? refused_in_row[channel] + 1 : 0;
+        if (!refused) refused_since_s[channel] = nan;
+        else if (std::isnan(refused_since_s[channel])) refused_since_s[channel] = now_s;
+    }
 };
 
 static_assert(sizeof(InAxes) % sizeof(double[3]) == 0);
+
+// Calls visit(row, values, count) for all estimates to which the errors of these rows are added as they are.
+template <class AnyState, class Visit>
+void each_parameter(AnyState& s, Visit visit) {
+    visit(row_gyro, s.gyro_bias, 3);
+    visit(row_accel, s.accel_bias, 3);
+    visit(row_gyro_scale, s.gyro_scale, 3);
+    visit(row_u, s.u, 2);
+    visit(row_latency, &s.latency, 1);
+    visit(row_colour, s.in_t.colour, 3);
+    visit(row_offset, &s.offset, 1);
+    visit(row_scale, &s.scale, 1);
+    visit(row_mount, s.mount, 2);
+    visit(row_iron, s.iron, 3);
+    visit(row_strength, &s.strength, 1);
+    visit(row_direction, &s.direction, 1);
+}
 
 inline Eigen::Map<Vector3> vec(double* p) { return Eigen::Map<Vector3>(p); }
 inline Vector3 vec(const double* p) { return Vector3(p); }

@@ -18,6 +18,13 @@ struct Transition {
     }
 };
 
+// The sum of two errors, the second of the state that the first has led to.
+inline void add_errors(const double* first, const double* second, double* sum) {
+    const Quaternion turned = multiply(rotation_quaternion(vec(second + row_phi)), rotation_quaternion(vec(first + row_phi)));
+    for (int i = 0; i < errors; ++i) sum[i] = first[i] + second[i];
+    vec(sum + row_phi) = rotation_vector(turned);
+}
+
 struct Step {
     Transition transition;
     double kept[errors]; // factor of each row after the transition: errors decay, or are found to be larger
@@ -46,11 +53,7 @@ struct Step {
     }
     // The state may have stepped: its variance grows, without correlation to others.
     void jumped(int row, double variance) { before[row][row] += variance; }
-    void add(const double* error) {
-        const Quaternion turned = multiply(rotation_quaternion(vec(error + row_phi)), rotation_quaternion(vec(change + row_phi)));
-        for (int i = 0; i < errors; ++i) change[i] += error[i];
-        vec(change + row_phi) = rotation_vector(turned);
-    }
+    void add(const double* error) { add_errors(change, error, change); }
 };
 
 } // namespace hnav::ins

@@ -76,6 +76,8 @@ void Smoother::write_row(const State& node, const RowOfPiece& row, const Hindsig
     n.sigma_position = sigma(row_d);
     n.sigma_velocity = sigma(row_v);
     n.sigma_rotation = sigma(row_phi);
+    constexpr double no_slow_m[2] = {0, 0};
+    n.protection = protection_of(n.sigma_position, n.sigma_rotation[2], 1, no_slow_m);
     out.gyro_bias = vec(s.gyro_bias);
     out.accel_bias = vec(s.accel_bias);
     const Options& options = model_.options();

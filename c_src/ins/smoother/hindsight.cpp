@@ -97,8 +97,6 @@ bool step_back(const Step& step, const Hindsight& after, Hindsight* now) {
 
 namespace {
 
-Quaternion turned(const double* phi, const Quaternion& q) { return multiply(rotation_quaternion(vec(phi)), q); }
-
 // Vectors of errors, and their covariance, in axes turned by C.
 void turn(const Matrix3& C, Hindsight& h) {
     for (const int row : {row_d, row_v, row_phi, row_colour}) vec(h.error + row) = Vector3(C * vec(h.error + row));
@@ -113,26 +111,20 @@ void place_in(const State& axes, State& s) {
     vec(s.x) += mat(axes.axes).transpose() * e;
 }
 
-// Error to - from, in the axes of `from`. 0 for the pressure offset if one of them has none yet.
+// Error to - from, in the axes of `from`. 0 for the pressure offset if one of them has none yet, and for fields of different units.
 void difference(const State& to, const State& from, double* error) {
     State s = to;
     place_in(from, s);
     vec(error + row_d) = vec(s.x) - vec(from.x);
     vec(error + row_v) = vec(s.x + 3) - vec(from.x + 3);
     vec(error + row_phi) = rotation_vector(multiply(quat(s.x + 6), conjugate(quat(from.x + 6))));
-    vec(error + row_gyro) = vec(s.gyro_bias) - vec(from.gyro_bias);
-    vec(error + row_accel) = vec(s.accel_bias) - vec(from.accel_bias);
-    vec(error + row_gyro_scale) = vec(s.gyro_scale) - vec(from.gyro_scale);
-    vec(error + row_colour) = vec(s.in_t.colour) - vec(from.in_t.colour);
+    each_parameter(s, [error](int row, const double* value, int count) { std::copy_n(value, count, error + row); });
+    each_parameter(from, [error](int row, const double* value, int count) {
+        for (int i = 0; i < count; ++i) error[row + i] -= value[i];
+    });
     error[row_u] = error[row_u + 1] = 0;
-    error[row_latency] = s.latency - from.latency;
-    error[row_offset] = std::isfinite(s.offset + from.offset) ? s.offset - from.offset : 0;
-    error[row_scale] = s.scale - from.scale;
-    for (int i = 0; i < 2; ++i) error[row_mount + i] = s.mount[i] - from.mount[i];
-    const double same_unit = s.field_unit == from.field_unit ? 1 : 0;
-    vec(error + row_iron) = same_unit * (vec(s.iron) - vec(from.iron));
-    error[row_strength] = same_unit * (s.strength - from.strength);
-    error[row_direction] = same_unit * (s.direction - from.direction);
+    if (!std::isfinite(error[row_offset])) error[row_offset] = 0;
+    if (s.field_unit != from.field_unit) std::fill(error + row_iron, error + errors, 0.0);
 }
 
 } // namespace
@@ -162,10 +154,7 @@ bool is_expected(const State& filtered, const Hindsight& h, int row, int rows) {
 
 Hindsight before_samples(const Step& step, Hindsight h, const State& after) {
     turn(mat(step.axes).transpose() * mat(after.axes), h);
-    const Vector3 phi = vec(h.error + row_phi);
-    const Quaternion q = turned(phi.data(), rotation_quaternion(vec(step.change + row_phi)));
-    for (int i = 0; i < errors; ++i) h.error[i] += step.change[i];
-    vec(h.error + row_phi) = rotation_vector(q);
+    add_errors(step.change, h.error, h.error);
     return h;
 }
 

@@ -1,6 +1,7 @@
 // The passes of the smoother over a recording, and its memory. Only files of this folder include this header.
 //
-//     smoother.cpp        allocates all memory; order of passes: forward over the recording, then backward
+//     smoother.cpp        allocates all memory; order of passes: forward over the recording, then backward; the events of a
+//                         recording and the filter's step over one, which all passes use, so that they produce the same bits
 //     forward.cpp         runs the filter and keeps checkpoints; runs a piece between two checkpoints again and keeps its corrections
 //                         as nodes
 //     backward.cpp        from node to node backwards (hindsight.hpp), piece by piece; writes the rows between two nodes
@@ -8,11 +9,24 @@
 #pragma once
 
 #include "ins/smoother/hindsight.hpp"
-#include "ins/smoother/recorded_events.hpp"
+#include "ins/smoother/smoother.hpp"
 
 namespace hnav::ins {
 
 constexpr std::size_t piece_rows = 1024, piece_corrections = 256; // upper limits of a piece
+
+// The next row and the next aid of a pass.
+struct Place {
+    std::size_t row, aid;
+};
+
+// The next event up to the time of the row. The row's own IMU sample belongs to the first event of its time. Returns false if there is
+// none.
+bool next_event(Recording& recording, Place& p, std::size_t row, Event* event);
+// As in Filter: an event that leads to an unsound state is ignored.
+void step_over(const Model& model, State& s, const Event& event);
+// Propagates a state to a time after its last event. Returns the interval in s.
+double look_ahead(const Model& model, double to_s, State& s);
 
 class Smoother {
 public:
