@@ -17,19 +17,18 @@ hnav_status EveryAttitude::take(int sensor, double t_s, const double* value) {
     if (sensor < heading) return push_vector(self, t_s, value, sensor);
     if (sensor == heading) return push_heading(self, t_s, value[0], value[1]);
     if (sensor == speed) return push_speed(self, t_s, value[0], value[1]);
-    return fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sensor));
+    return takes_none(this, sensor);
 }
 
 hnav_status EveryAttitude::take_imu(double t_s, const double* rate_b, const double* force_b) {
     auto* self = static_cast<AttitudeObject*>(this);
     AttitudeSample rate, force;
-    hnav_status status = check_vector(self, t_s, rate_b, gyro, &rate);
-    if (status == HNAV_OK) status = check_vector(self, t_s, force_b, accel, &force);
-    if (status != HNAV_OK) return status;
+    if (const hnav_status status = counted(self, check_vector(self, t_s, rate_b, gyro, &rate))) return status;
+    if (const hnav_status status = counted(self, check_vector(self, t_s, force_b, accel, &force))) return status;
     if (t_s >= late_limit_s() && !has_room(2))
         return fail(HNAV_ERROR_QUEUE_FULL,
                     "the queue is full: advance before pushing the samples at t = %.9g s, or raise queue_capacity", t_s);
-    status = boundary::push(self, rate);
+    const hnav_status status = boundary::push(self, rate);
     return status == HNAV_OK ? boundary::push(self, force) : status;
 }
 
@@ -77,7 +76,7 @@ hnav_status EveryAttitude::covariance(double* P) const {
 }
 
 hnav_status EveryAttitude::innovation(int sensor, hnav_innovation* out) const {
-    if (sensor >= sensors) return fail(HNAV_ERROR_UNSUPPORTED, "this filter takes no %s samples", sensor_name(sensor));
+    if (sensor >= sensors) return takes_none(this, sensor);
     const auto& i = last_innovation(sensor);
     if (std::isnan(i.t_s)) return fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
     out->t_s = stamp_of(i.t_s);

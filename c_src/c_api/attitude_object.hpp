@@ -40,8 +40,7 @@ struct EveryAttitude : hnav_filter {
 
     virtual Outcome push(const AttitudeSample& sample) = 0;
     virtual bool has_room(int count) const = 0;
-    virtual void refuse_non_finite() = 0;
-    virtual void refuse_zero() = 0;
+    virtual void count_refused(bool zero) = 0;
 
     virtual double newest_s() const = 0;
     virtual double stamp_of(double time_s) const = 0;
@@ -106,8 +105,7 @@ public:
 
     Outcome push(const AttitudeSample& sample) override { return filter_.push(sample); }
     bool has_room(int count) const override { return filter_.has_room(count); }
-    void refuse_non_finite() override { ++filter_.refused.non_finite; }
-    void refuse_zero() override { ++filter_.refused.zero; }
+    void count_refused(bool zero) override { ++(zero ? filter_.refused.zero : filter_.refused.non_finite); }
     Outcome advance(double t_s) override { return filter_.advance(t_s); }
     Outcome commit(double t_s) override { return filter_.commit(t_s); }
 

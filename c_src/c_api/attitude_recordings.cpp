@@ -197,15 +197,13 @@ hnav_status hnav_filter_run(hnav_filter* filter, size_t n, const hnav_run_input*
                             size_t* rows_done) {
     if (rows_done) *rows_done = 0;
     REQUIRE_OBJECT(AttitudeObject, object, filter);
-    hnav_status status = check_arrays(object, n, input, output);
-    if (status != HNAV_OK) return status;
+    if (const hnav_status status = check_arrays(object, n, input, output)) return status;
     const hnav_run_input in = take_in(*input);
     const hnav_run_output out = take_in(*output);
     const bool wants_course = out.accel_nis || out.mag_nis || out.accepted || out.health || out.ready;
     for (size_t i = 0; i < n; ++i) {
         const double before_s = wants_course ? object->newest_time_s() : 0;
-        status = take_row(object, in.t_s[i], samples_of(in, i));
-        if (status != HNAV_OK) return in_row(object, status, i);
+        if (const hnav_status status = take_row(object, in.t_s[i], samples_of(in, i))) return in_row(object, status, i);
         if (object->started(At::shown)) write_estimate(object, out, i);
         else write_nothing_known(out, i);
         if (wants_course) write_course(object, before_s, out, i);

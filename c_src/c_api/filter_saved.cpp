@@ -3,6 +3,17 @@
 
 using hnav::save_status;
 
+namespace {
+
+hnav_status no_snapshot(const hnav_filter* filter, size_t bytes) {
+    return filter->fail(
+        HNAV_ERROR_STATE_CORRUPT,
+        "these %zu bytes are no snapshot of this filter; of an observer, a snapshot ends with the observer that it was taken of",
+        bytes);
+}
+
+} // namespace
+
 extern "C" {
 
 hnav_status hnav_filter_state_size(const hnav_filter* filter, size_t* bytes) {
@@ -39,20 +50,12 @@ hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, s
 
 hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (filter->restore_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(
-        HNAV_ERROR_STATE_CORRUPT,
-        "these %zu bytes are no snapshot of this filter; of an observer, a snapshot ends with the observer that it was taken of",
-        bytes);
+    return filter->restore_snapshot(buffer, bytes) ? HNAV_OK : no_snapshot(filter, bytes);
 }
 
 hnav_status hnav_filter_release_snapshot(const hnav_filter* filter, const void* buffer, size_t bytes) {
     REQUIRE(filter, buffer);
-    if (filter->release_snapshot(buffer, bytes)) return HNAV_OK;
-    return filter->fail(
-        HNAV_ERROR_STATE_CORRUPT,
-        "these %zu bytes are no snapshot of this filter; of an observer, a snapshot ends with the observer that it was taken of",
-        bytes);
+    return filter->release_snapshot(buffer, bytes) ? HNAV_OK : no_snapshot(filter, bytes);
 }
 
 } // extern "C"

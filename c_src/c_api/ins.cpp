@@ -37,23 +37,18 @@ Shape shape_of(int sensor) {
     }
 }
 
-hnav_status non_finite(InsObject* f, double t_s, int sensor, double value) {
-    ++f->filter.refused.non_finite;
-    return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s holds %g", name_of(sensor), t_s, value);
-}
-
-hnav_status out_of_range(InsObject* f, double t_s, int sensor, const char* what, double value, const char* wanted) {
-    ++f->filter.refused.non_finite;
+hnav_status out_of_range(const InsObject* f, double t_s, int sensor, const char* what, double value, const char* wanted) {
     return f->fail(HNAV_ERROR_OUT_OF_RANGE, "%s sample at t = %g s has a %s of %g: it must be %s", name_of(sensor), t_s, what,
                    value, wanted);
 }
 
-hnav_status check_numbers(InsObject* f, double t_s, int sensor, const double* value) {
+hnav_status check_numbers(const InsObject* f, double t_s, int sensor, const double* value) {
     const Shape shape = shape_of(sensor);
     const bool no_vertical = sensor == ins::velocity && std::isnan(value[2]);
     for (int i = 0; i < shape.values; ++i) {
         if (no_vertical && i % 3 == 2) continue;
-        if (!std::isfinite(value[i])) return non_finite(f, t_s, sensor, value[i]);
+        if (!std::isfinite(value[i]))
+            return f->fail(HNAV_ERROR_NON_FINITE, "%s sample at t = %g s holds %g", name_of(sensor), t_s, value[i]);
         if (std::fabs(value[i]) > max_reading) return out_of_range(f, t_s, sensor, "value", value[i], "within 1e6");
         if (sensor == ins::imu && i < 3 && std::fabs(value[i]) > max_rate_rad_s)
             return out_of_range(f, t_s, sensor, "rate", value[i], "within 1e4 rad/s");
@@ -62,7 +57,8 @@ hnav_status check_numbers(InsObject* f, double t_s, int sensor, const double* va
     return HNAV_OK;
 }
 
-hnav_status check_values(InsObject* f, double t_s, int sensor, const double* value) {
+hnav_status check_values(const InsObject* f, double t_s, int sensor, const double* value) {
+    if (const hnav_status status = check_time(f, t_s)) return status;
     if (const hnav_status status = check_numbers(f, t_s, sensor, value)) return status;
     if (sensor == ins::position && std::fabs(value[0]) > M_PI / 2)
         return out_of_range(f, t_s, sensor, "latitude", value[0], "in rad, -pi/2 to pi/2");
@@ -70,10 +66,8 @@ hnav_status check_values(InsObject* f, double t_s, int sensor, const double* val
         return out_of_range(f, t_s, sensor, "longitude", value[1], "in rad, -2 pi to 2 pi");
     if (sensor == ins::pressure && !(value[0] > 2e3 && value[0] < 2e5))
         return out_of_range(f, t_s, sensor, "pressure", value[0], "in Pa, 2e3 to 2e5");
-    if (sensor == ins::field && !(Vector3(value).squaredNorm() > 0)) {
-        ++f->filter.refused.non_finite;
+    if (sensor == ins::field && !(Vector3(value).squaredNorm() > 0))
         return f->fail(HNAV_ERROR_ZERO_VECTOR, "mag sample at t = %g s is zero: leave it out while the sensor is off", t_s);
-    }
     if (sensor == ins::pressure && value[1] > 1e3) return out_of_range(f, t_s, sensor, "sigma", value[1], "in Pa, at most 1e3");
     return HNAV_OK;
 }
@@ -90,25 +84,16 @@ int channel_of(int sensor) {
 }
 
 hnav_status sample_of(InsObject* f, double t_s, int sensor, const double* value, ins::Sample* sample) {
-    if (const hnav_status status = check_time(f, t_s)) {
+    if (const hnav_status status = check_values(f, t_s, sensor, value)) {
         ++f->filter.refused.non_finite;
         return status;
     }
-    if (const hnav_status status = check_values(f, t_s, sensor, value)) return status;
     *sample = {clock_time(t_s), sensor, {}};
-    for (int i = 0; i < shape_of(sensor).values; ++i) sample->value[i] = value[i];
-    if (sensor == ins::imu) {
-        const Vector3 rate = f->mounting * Vector3(value), force = f->mounting * Vector3(value + 3);
-        for (int i = 0; i < 3; ++i) {
-            sample->value[i] = rate[i];
-            sample->value[3 + i] = force[i];
-        }
-    } else if (sensor == ins::field) {
-        const Vector3 field = f->mounting * Vector3(value);
-        for (int i = 0; i < 3; ++i) sample->value[i] = field[i];
-    } else if (sensor == ins::heading) {
-        sample->value[0] = wrap_angle(value[0] + f->declination_rad);
-    }
+    const int values = shape_of(sensor).values;
+    copy(value, values, sample->value);
+    if (sensor == ins::imu || sensor == ins::field)
+        for (int i = 0; i < values; i += 3) store(Vector3(f->mounting * Vector3(value + i)), sample->value + i);
+    if (sensor == ins::heading) sample->value[0] = wrap_angle(value[0] + f->declination_rad);
     return HNAV_OK;
 }
 
@@ -119,17 +104,18 @@ namespace hnav {
 hnav_status InsObject::take(int sensor, double t_s, const double* value) {
     if (sensor == HNAV_SENSOR_GYRO || sensor == HNAV_SENSOR_ACCEL)
         return fail(HNAV_ERROR_UNSUPPORTED, "the INS takes rate and force of one instant together: hnav_filter_push_imu");
-    const int channel = channel_of(sensor);
-    ins::Sample sample;
-    if (const hnav_status status = sample_of(this, t_s, channel, value, &sample)) return status;
-    return queued(this, filter.push(sample), name_of(channel), sample.t_s, filter.late_limit_s());
+    return push(t_s, channel_of(sensor), value);
 }
 
 hnav_status InsObject::take_imu(double t_s, const double* rate, const double* force) {
     const double value[max_values] = {rate[0], rate[1], rate[2], force[0], force[1], force[2]};
+    return push(t_s, ins::imu, value);
+}
+
+hnav_status InsObject::push(double t_s, int channel, const double* value) {
     ins::Sample sample;
-    if (const hnav_status status = sample_of(this, t_s, ins::imu, value, &sample)) return status;
-    return queued(this, filter.push(sample), name_of(ins::imu), sample.t_s, filter.late_limit_s());
+    if (const hnav_status status = sample_of(this, t_s, channel, value, &sample)) return status;
+    return queued(this, filter.push(sample), name_of(channel), sample.t_s, filter.late_limit_s());
 }
 
 void InsObject::destroy() { destroy_object(this); }

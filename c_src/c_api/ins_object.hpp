@@ -58,6 +58,9 @@ struct InsObject final : hnav_filter {
     double next_event_s() const override { return filter.next_event_s(); }
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override;
     void show(double t_s, const double* x) override;
+
+private:
+    hnav_status push(double t_s, int channel, const double* value);
 };
 
 namespace ins_boundary {
@@ -69,8 +72,9 @@ hnav_status sample_of(InsObject* object, double t_s, int channel, const double* 
 // The answer for a state propagated beyond its last event to now_s.
 hnav_navigation navigation(const ins::Model& model, const ins::State& shown, double ahead_s, double now_s);
 
-// Shared by recordings: checks of the arrays, a row of output.
+// Shared by recordings: checks of the arrays and of the sensor of an aid, a row of output.
 hnav_status check_arrays(InsObject* object, std::size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output);
+hnav_status check_aid(const InsObject* object, const hnav_ins_run_input& input, std::size_t aid);
 void fill(const ins::Navigation& from, hnav_navigation* to);
 void write_row(const hnav_navigation& navigation, const hnav_ins_run_output& out, std::size_t i);
 

@@ -54,10 +54,8 @@ hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, 
         status = tolerated(status);
     }
     for (; *aid < in.aids && received_s[*aid] <= in.t_s[i] && status == HNAV_OK; ++*aid) {
-        const int32_t sensor = in.aid_sensor[*aid];
-        if (sensor < HNAV_SENSOR_MAG || sensor >= HNAV_SENSOR_COUNT)
-            return f->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d is none", *aid, static_cast<int>(sensor));
-        status = tolerated(f->take(sensor, in.aid_t_s[*aid], in.aid_value + max_values * *aid));
+        if (const hnav_status none = check_aid(f, in, *aid)) return none;
+        status = tolerated(f->take(in.aid_sensor[*aid], in.aid_t_s[*aid], in.aid_value + max_values * *aid));
     }
     if (status == HNAV_OK) status = check_time(f, in.t_s[i]);
     return status == HNAV_OK ? advanced(f, in.t_s[i], f->advance(clock_time(in.t_s[i]))) : status;
@@ -77,6 +75,12 @@ Shown shown_of(const InsObject* f) {
 } // namespace
 
 namespace hnav::ins_boundary {
+
+hnav_status check_aid(const InsObject* f, const hnav_ins_run_input& in, std::size_t i) {
+    const int sensor = in.aid_sensor[i];
+    if (sensor >= HNAV_SENSOR_MAG && sensor < HNAV_SENSOR_COUNT) return HNAV_OK;
+    return f->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d is none", i, sensor);
+}
 
 void fill(const ins::Navigation& n, hnav_navigation* out) {
     fill_motion(n, out);

@@ -65,13 +65,11 @@ hnav_status Arrays::take_aids() {
     aids_ = static_cast<ins::Sample*>(take_block(in_.aids * sizeof(ins::Sample) + 1));
     if (!aids_) return object_->fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory to smooth %zu aids", in_.aids);
     for (std::size_t i = 0; i < in_.aids; ++i) {
-        const int32_t sensor = in_.aid_sensor[i];
-        if (sensor < HNAV_SENSOR_MAG || sensor >= HNAV_SENSOR_COUNT)
-            return object_->fail(HNAV_ERROR_OUT_OF_RANGE, "aid %zu: sensor %d is none", i, static_cast<int>(sensor));
+        if (const hnav_status none = check_aid(object_, in_, i)) return none;
         const double received_s = in_.aid_received_s ? in_.aid_received_s[i] : in_.aid_t_s[i];
         if (!(n_ > 0 && received_s <= in_.t_s[n_ - 1] && in_.aid_t_s[i] <= in_.t_s[n_ - 1])) continue;
-        count_ +=
-            sample_of(object_, in_.aid_t_s[i], channel_of(sensor), in_.aid_value + max_values * i, aids_ + count_) == HNAV_OK;
+        const double* value = in_.aid_value + max_values * i;
+        count_ += sample_of(object_, in_.aid_t_s[i], channel_of(in_.aid_sensor[i]), value, aids_ + count_) == HNAV_OK;
     }
     std::sort(aids_, aids_ + count_, comes_before);
     return HNAV_OK;

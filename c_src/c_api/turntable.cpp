@@ -36,8 +36,7 @@ hnav_status hnav_turntable_create(hnav_turntable** table, const hnav_turntable_o
                                   size_t message_size) {
     const hnav::CallersMessage caller{message, message_size};
     if (const hnav_status status = caller.begin(table, "table", {{options, "options"}})) return status;
-    const hnav_status status = caller.check_options(options, hnav::turntable_options);
-    if (status != HNAV_OK) return status;
+    if (const hnav_status status = caller.check_options(options, hnav::turntable_options)) return status;
     const hnav::TurntableMotion motion = hnav::turntable_of(*options);
     for (int i = 0; i < 3; ++i) {
         const hnav::AxisMotion& axis = motion.axes[i];
