@@ -3,36 +3,21 @@
 namespace hnav {
 
 JointHypotheses::JointHypotheses(MatrixArena& state, MatrixArena& work, int nz, const hnav_ins_error_options& options)
-    : options_(options),
-      nz_(nz),
-      scale_(state.doubles(nz)),
-      noise_(state.doubles(nz)),
-      bias_(state.doubles(nz)),
-      process_(state.doubles(1)),
-      belief_(state.doubles(nz * modes())),
-      process_belief_(state.doubles(processes)),
-      tracked_(state.doubles(nz)),
-      tracked_variance_(state.doubles(nz)),
-      level_(work.doubles(options.hmm_levels)),
-      precision_(work.doubles(modes())),
-      leaves_(work.doubles(options.hmm_levels)),
-      was_healthy_(work.doubles(nz)),
-      lasting_(work.doubles(nz * modes())),
-      prior_(work.doubles(nz * modes())),
-      outlier_(work.doubles(nz)),
-      support_(work.doubles(processes * nz * modes())),
-      common_(work.doubles(nz)),
-      innovation_(work.doubles(processes * nz)),
-      variance_(work.doubles(processes * nz)),
-      weight_(work.doubles(modes())),
-      opened_(work.doubles(nz)),
-      unexplained_(work.doubles(nz)),
-      column_(work.doubles(nz)),
-      gain_(work.doubles(nz)),
-      behind_(work.doubles(nz)),
-      order_(work.integers(nz)),
-      inverse_(work.matrix(nz, nz)),
-      S_(work, nz) {}
+    : options_(options), nz_(nz), inverse_(work.matrix(nz, nz)), S_(work, nz) {
+    for (double** of_channels : {&scale_, &noise_, &bias_}) *of_channels = state.doubles(nz);
+    process_ = state.doubles(1);
+    belief_ = state.doubles(nz * modes());
+    process_belief_ = state.doubles(processes);
+    for (double** of_channels : {&tracked_, &tracked_variance_}) *of_channels = state.doubles(nz);
+    for (double** of_levels : {&level_, &leaves_}) *of_levels = work.doubles(options.hmm_levels);
+    for (double** of_modes : {&precision_, &weight_}) *of_modes = work.doubles(modes());
+    for (double** of_channels : {&was_healthy_, &outlier_, &common_, &opened_, &unexplained_, &column_, &gain_, &behind_})
+        *of_channels = work.doubles(nz);
+    for (double** both : {&lasting_, &prior_}) *both = work.doubles(nz * modes());
+    support_ = work.doubles(processes * nz * modes());
+    for (double** both : {&innovation_, &variance_}) *both = work.doubles(processes * nz);
+    order_ = work.integers(nz);
+}
 
 void JointHypotheses::create() {
     for (int g = 0; g < options_.hmm_levels; ++g) {

@@ -49,25 +49,15 @@ public:
     // state: contents of a saved filter; work: scratch of a step.
     // scaling: HNAV_NOISE_SCALING_NONE to _HMM. The options are kept by reference.
     NoiseScale(MatrixArena& state, MatrixArena& work, int nz, const hnav_ins_error_options& options, int scaling)
-        : options_(options),
-          scaling_(scaling),
-          nz_(nz),
-          scale_(state.doubles(nz)),
-          fault_(state.doubles(nz)),
-          seen_(state.doubles(nz)),
-          squared_(state.doubles(windowed() ? nz * options.window : 0)),
-          predicted_(state.doubles(windowed() ? nz * options.window : 0)),
-          normalised_(state.doubles(windowed() ? nz * options.window : 0)),
-          belief_(state.doubles(nz * options.hmm_levels)),
-          level_(work.doubles(options.hmm_levels)),
-          inverse_level_(work.doubles(options.hmm_levels)),
-          transition_(work.doubles(options.hmm_levels * options.hmm_levels)),
-          S_(work.matrix(nz, nz)),
-          inverse_(work, nz),
-          nu_(work.doubles(nz)),
-          solved_(work.doubles(nz)),
-          weight_(work.doubles(options.hmm_levels)),
-          R_(work.doubles(nz)) {}
+        : options_(options), scaling_(scaling), nz_(nz), S_(work.matrix(nz, nz)), inverse_(work, nz) {
+        for (double** of_channels : {&scale_, &fault_, &seen_}) *of_channels = state.doubles(nz);
+        for (double** ring : {&squared_, &predicted_, &normalised_}) *ring = state.doubles(windowed() ? nz * options.window : 0);
+        const int levels = options.hmm_levels;
+        belief_ = state.doubles(nz * levels);
+        for (double** of_levels : {&level_, &inverse_level_, &weight_}) *of_levels = work.doubles(levels);
+        transition_ = work.doubles(levels * levels);
+        for (double** of_channels : {&nu_, &solved_, &R_}) *of_channels = work.doubles(nz);
+    }
 
     void create() {
         gate_limit_ = chi_square_limit(options_.window, options_.gate_alpha);

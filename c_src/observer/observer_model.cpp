@@ -8,64 +8,37 @@
 #include <cstdio>
 
 namespace hnav::observer {
-PassageMemory::PassageMemory(Arena& arena, const Problem& p, const Layout& layout)
-    : X(arena.doubles(p.N)),
-      slope(arena.doubles(p.N)),
-      after(arena.doubles(p.N)),
-      slope_after(arena.doubles(p.N)),
-      gradient(arena.doubles(p.N)),
-      Xi(arena.doubles(p.N * p.N)),
-      P(arena.doubles(p.N * p.N)),
-      memory(arena.doubles(p.sizes.memory)),
-      memory_after(arena.doubles(p.sizes.memory)),
-      sides(arena.doubles(p.sizes.indicators)),
-      joint(arena.doubles(layout.joint_numbers)) {}
+
+PassageMemory::PassageMemory(Arena& arena, const Problem& p, const Layout& layout) {
+    for (double** row : {&X, &slope, &after, &slope_after, &gradient}) *row = arena.doubles(p.N);
+    for (double** matrix : {&Xi, &P}) *matrix = arena.doubles(p.N * p.N);
+    for (double** state : {&memory, &memory_after}) *state = arena.doubles(p.sizes.memory);
+    sides = arena.doubles(p.sizes.indicators);
+    joint = arena.doubles(layout.joint_numbers);
+}
 
 Workspace::Workspace(Arena& arena, const Problem& p, bool smooths)
-    : layout(p, smooths),
-      linearisation(arena, p),
-      x(arena.doubles(p.N)),
-      u(arena.doubles(p.sizes.inputs)),
-      A(arena.doubles(p.moving * p.N)),
-      Qd(arena.doubles(p.N * p.N)),
-      product(arena.doubles(p.N * p.N)),
-      H(arena.doubles(max_parts * p.sensors * p.N)),
-      y(arena.doubles(max_parts * p.sensors)),
-      nu(arena.doubles(max_parts * p.sensors)),
-      variance(arena.doubles(max_parts * p.sensors)),
-      gain(arena.doubles(3 * p.N)),
-      P(arena.doubles(p.N * p.N)),
-      cut(arena.doubles(p.N * p.N)),
-      branches(arena.doubles(p.sizes.events ? max_branches * layout.part_numbers : 0)),
-      step_from(arena.doubles(layout.nx)),
-      step_to(arena.doubles(layout.nx)),
-      inside(arena.doubles(layout.nx)),
-      slope(arena.doubles(layout.nx)),
-      z(arena.doubles(p.sizes.indicators)),
-      z_low(arena.doubles(p.sizes.indicators)),
-      z_above(arena.doubles(p.sizes.indicators)),
-      z_inside(arena.doubles(5 * p.sizes.indicators)),
-      z_first(arena.doubles(p.sizes.indicators)),
-      gradients(arena.doubles(p.sizes.indicators * p.N)),
-      rates(arena.doubles(p.sizes.indicators)),
-      probe(arena.doubles(2 * p.N)),
-      slope_here(arena.doubles(p.N)),
-      beginning(arena.doubles(layout.part_numbers)),
-      segment(arena.doubles(layout.part_numbers)),
-      segment_S(arena.doubles(p.moving * p.N)),
-      point(arena.doubles(layout.part_numbers)),
-      plane(arena.doubles(2 * spread_count(p.N))),
-      guards(arena.doubles(2 * p.N)),
-      spread_mean(arena.doubles(p.N)),
-      first_memory(arena.doubles(p.sizes.memory)),
-      matrices(arena.doubles(5 * p.N * p.N)),
-      stiff_start(arena.doubles(layout.numbers)),
-      joint(arena.doubles(layout.joint_numbers)),
-      joint_root(arena.doubles(layout.joint_numbers)),
-      joint_merged(arena.doubles(layout.joint_numbers)),
-      joint_row(arena.doubles(2 * p.N)),
-      distances(arena.doubles(p.N)),
-      passages{{arena, p, layout}, {arena, p, layout}} {}
+    : layout(p, smooths), linearisation(arena, p), passages{{arena, p, layout}, {arena, p, layout}} {
+    for (double** row : {&x, &slope_here, &spread_mean, &distances}) *row = arena.doubles(p.N);
+    for (double** rows : {&guards, &probe, &joint_row}) *rows = arena.doubles(2 * p.N);
+    gain = arena.doubles(3 * p.N);
+    for (double** moving_rows : {&A, &segment_S}) *moving_rows = arena.doubles(p.moving * p.N);
+    for (double** matrix : {&Qd, &product, &P, &cut}) *matrix = arena.doubles(p.N * p.N);
+    matrices = arena.doubles(5 * p.N * p.N);
+    u = arena.doubles(p.sizes.inputs);
+    for (double** of_sensors : {&y, &nu, &variance}) *of_sensors = arena.doubles(max_parts * p.sensors);
+    H = arena.doubles(max_parts * p.sensors * p.N);
+    for (double** flowing : {&step_from, &step_to, &inside, &slope}) *flowing = arena.doubles(layout.nx);
+    for (double** of_guards : {&z, &z_low, &z_above, &z_first, &rates}) *of_guards = arena.doubles(p.sizes.indicators);
+    z_inside = arena.doubles(5 * p.sizes.indicators);
+    gradients = arena.doubles(p.sizes.indicators * p.N);
+    for (double** part : {&beginning, &segment, &point}) *part = arena.doubles(layout.part_numbers);
+    branches = arena.doubles(p.sizes.events ? max_branches * layout.part_numbers : 0);
+    plane = arena.doubles(2 * spread_count(p.N));
+    first_memory = arena.doubles(p.sizes.memory);
+    stiff_start = arena.doubles(layout.numbers);
+    for (double** moments : {&joint, &joint_root, &joint_merged}) *moments = arena.doubles(layout.joint_numbers);
+}
 
 void Model::begin(State& s) const {
     const Problem& p = *problem_;

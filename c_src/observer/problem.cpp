@@ -42,20 +42,14 @@ Problem::Problem(Arena& arena, const PlantSizes& given)
       moving(given.states + given.unknown_inputs),
       N(given.estimated()),
       known(given.known_inputs()),
-      sensors(given.outputs),
-      start(arena.doubles(N)),
-      start_variance(arena.doubles(N)),
-      noise(arena.doubles(N)),
-      scale(arena.doubles(N)),
-      ready_sigma(arena.doubles(N)),
-      decay_1_s(arena.doubles(given.unknown_inputs)),
-      input_start(arena.doubles(known)),
-      sensor_variance(arena.doubles(sensors)),
-      gate_nis(arena.doubles(sensors)),
-      noise_scale(arena.doubles(N)),
-      low(arena.doubles(N)),
-      high(arena.doubles(N)),
-      is_log(arena.doubles(given.parameters)) {}
+      sensors(given.outputs) {
+    for (double** row : {&start, &start_variance, &noise, &scale, &ready_sigma, &noise_scale, &low, &high})
+        *row = arena.doubles(N);
+    decay_1_s = arena.doubles(given.unknown_inputs);
+    input_start = arena.doubles(known);
+    for (double** row : {&sensor_variance, &gate_nis}) *row = arena.doubles(sensors);
+    is_log = arena.doubles(given.parameters);
+}
 
 bool Problem::numbers_fit(const PlantSizes& s, Refusal& why) {
     const double all = double(s.states) + s.unknown_inputs + s.parameters;

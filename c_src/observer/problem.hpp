@@ -11,6 +11,7 @@
 #include "signals/sensor_check.hpp"
 
 #include <cstdint>
+#include <utility>
 
 namespace hnav::observer {
 
@@ -58,48 +59,35 @@ using Check = SensorCheck<double, 1>;
 // Layout of a state: up to four parts, each with its own discrete state of the plant, then the shared numbers. A plant without
 // events has one part.
 struct Layout {
-    explicit Layout(const Problem& p, bool smooths = false)
-        : S(p.moving),
-          Qd(S + p.moving * p.N),
-          clock(Qd + triangle(p.N)),
-          nx(clock + 1),
-          parameters(nx),
-          P(parameters + p.sizes.parameters),
-          beyond(P + triangle(p.N)),
-          weight(beyond + p.N),
-          elapsed(weight + 1),
-          jumps(weight + 2),
-          next_event(weight + 3),
-          sides(weight + 4),
-          memory(sides + p.sizes.indicators),
-          joint(memory + p.sizes.memory),
-          joint_numbers(smooths ? p.N + triangle(p.N) + p.N * p.N : 0),
-          part_numbers(joint + joint_numbers),
-          parts(p.sizes.events ? max_parts : 1),
-          inputs(parts * part_numbers),
-          information(inputs + p.known),
-          t(information + p.N),
-          usual(t + 1),
-          begun(t + 2),
-          broken(t + 3),
-          ready(t + 4),
-          violations(t + 5),
-          events(t + 6),
-          corrections(t + 7),
-          likelihood(t + 8),
-          parts_used(t + 9),
-          stiff(t + 10),
-          corrected(t + 11),
-          wants_event(t + 12),
-          held(t + 13),
-          holds(t + 14),
-          closed(t + 15),
-          from(t + 16),
-          course(from + p.moving),
-          counts(course + p.moving),
-          sensors(counts + all_counts),
-          checks(sensors + per_sensor * p.sensors),
-          numbers(checks + check_numbers * p.sensors) {}
+    explicit Layout(const Problem& p, bool smooths = false) {
+        int end = p.moving;
+        const auto take = [&end](int count) { return std::exchange(end, end + count); };
+        S = take(p.moving * p.N);
+        Qd = take(triangle(p.N));
+        clock = take(1);
+        nx = end;
+        parameters = take(p.sizes.parameters);
+        P = take(triangle(p.N));
+        beyond = take(p.N);
+        for (int* one : {&weight, &elapsed, &jumps, &next_event}) *one = take(1);
+        sides = take(p.sizes.indicators);
+        memory = take(p.sizes.memory);
+        joint_numbers = smooths ? p.N + triangle(p.N) + p.N * p.N : 0;
+        joint = take(joint_numbers);
+        part_numbers = end;
+        parts = p.sizes.events ? max_parts : 1;
+        end = parts * part_numbers;
+        inputs = take(p.known);
+        information = take(p.N);
+        for (int* one : {&t, &usual, &begun, &broken, &ready, &violations, &events, &corrections, &likelihood, &parts_used,
+                         &stiff, &corrected, &wants_event, &held, &holds, &closed})
+            *one = take(1);
+        for (int* row : {&from, &course}) *row = take(p.moving);
+        counts = take(all_counts);
+        sensors = take(per_sensor * p.sensors);
+        checks = take(check_numbers * p.sensors);
+        numbers = end;
+    }
 
     static constexpr int triangle(int n) { return n * (n + 1) / 2; }
     enum OfSensor { innovation, innovation_sigma, nis, mean_nis, samples, gated, repeats, usual_repeats, per_sensor };
