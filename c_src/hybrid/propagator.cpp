@@ -119,13 +119,18 @@ struct Propagator::Solver {
                CVodeSetMaxNumSteps(cv, settings.max_steps) == 0 && CVodeSetUserData(cv, this) == 0;
     }
 
+    // From y at a time within an interval of this length, with the first step to be tried.
+    int begin_at(double at_s, double first_step_s, double length_s) {
+        int rc = sundials::erk_reset(erk, at_s, y);
+        if (rc == 0) rc = sundials::erk_set_first_step(erk, first_step_s);
+        return rc == 0 ? sundials::erk_set_stop_time(erk, length_s) : rc;
+    }
+
     // The first trial step is the whole interval; at a hundred events a second it is also the last. Setting it each time
     // discards the step size of the interval before. The stop time prevents a step beyond the event.
     int evolve_erkstep(double interval_s, const double* x) {
         real reached = 0;
-        int rc = sundials::erk_reset(erk, 0, y);
-        if (rc == 0) rc = sundials::erk_set_first_step(erk, interval_s);
-        if (rc == 0) rc = sundials::erk_set_stop_time(erk, interval_s);
+        int rc = begin_at(0, interval_s, interval_s);
         long before = 0, after = 0;
         sundials::erk_steps(erk, &before);
         if (rc == 0) rc = sundials::erk_evolve(erk, interval_s, y, &reached, ARK_NORMAL);
@@ -145,9 +150,7 @@ struct Propagator::Solver {
         long left = owner->max_steps_;
         while (tried_s > smallest * interval_s && left > 0) {
             tried_s *= 0.5;
-            int rc = sundials::erk_reset(erk, reached_s, y);
-            if (rc == 0) rc = sundials::erk_set_first_step(erk, tried_s);
-            if (rc == 0) rc = sundials::erk_set_stop_time(erk, interval_s);
+            int rc = begin_at(reached_s, tried_s, interval_s);
             for (real t_s = reached_s; rc == 0 && left-- > 0;) {
                 rc = sundials::erk_evolve(erk, interval_s, y, &t_s, ARK_ONE_STEP);
                 if (rc < 0) break;
@@ -163,13 +166,7 @@ struct Propagator::Solver {
         whole_s = tried_s = interval_s;
         reached_s = 0;
         steps_left = owner->max_steps_;
-        return begin_again();
-    }
-
-    int begin_again() {
-        int rc = sundials::erk_reset(erk, reached_s, y);
-        if (rc == 0) rc = sundials::erk_set_first_step(erk, tried_s);
-        return rc == 0 ? sundials::erk_set_stop_time(erk, whole_s) : rc;
+        return begin_at(0, interval_s, interval_s);
     }
 
     // One step; half of it after a failure of the flow. x: at its beginning, then at its end.
@@ -190,7 +187,7 @@ struct Propagator::Solver {
             if (!flow_failed) return rc;
             if (!(tried_s > smallest * whole_s)) return ARK_RHSFUNC_FAIL;
             std::memcpy(data(y), x, owner->nx_ * sizeof(double));
-            if (begin_again() < 0) return ARK_RHSFUNC_FAIL;
+            if (begin_at(reached_s, tried_s, whole_s) < 0) return ARK_RHSFUNC_FAIL;
         }
         return ARK_TOO_MUCH_WORK;
     }
