@@ -161,17 +161,6 @@ inline Square<4, R> Omega(const Vector3Of<Exactly<R>>& u) {
     return R(0.5) * m;
 }
 
-// right_multiplication(r) q = q (x) r
-template <class R = double>
-inline Square<4, R> right_multiplication(const QuaternionOf<Exactly<R>>& r) {
-    Square<4, R> m;
-    m << r[0], -r[1], -r[2], -r[3], //
-        r[1], r[0], r[3], -r[2],    //
-        r[2], -r[3], r[0], r[1],    //
-        r[3], r[2], -r[1], r[0];
-    return m;
-}
-
 // across(q) d = (0, d) (x) q: a basis of the errors across q, orthonormal for unit q.
 template <class R = double>
 inline Matrix43Of<R> across(const QuaternionOf<Exactly<R>>& q) {
@@ -181,13 +170,6 @@ inline Matrix43Of<R> across(const QuaternionOf<Exactly<R>>& q) {
         -q[3], q[0], q[1],    //
         q[2], -q[1], q[0];
     return m;
-}
-
-// Rotation about the navigation axes of a quaternion error: theta = 2 vec(dq (x) conj(q)). A quarter of its transpose is
-// its inverse for errors across a unit q.
-template <class R = double>
-inline Matrix34Of<R> rotation_from_error(const QuaternionOf<Exactly<R>>& q) {
-    return 2 * across<R>(q).transpose();
 }
 
 template <class R = double>

@@ -10,13 +10,6 @@
 
 namespace hnav {
 
-// Coning: a rate that is the mean of its interval gives a further rotation where its axis turns; from two neighbouring
-// samples (Miller 1983).
-template <class R>
-inline Vector3Of<R> coning_rate(const Vector3Of<R>& before, const Vector3Of<R>& now, R interval_s) {
-    return interval_s / 12 * before.cross(now);
-}
-
 // Part of a filter's state: numbers of eight bytes only.
 struct HeldSample {
     static constexpr int history = 3; // turns before the present one

@@ -11,8 +11,7 @@ template <class R>
 class HeadingAid {
 public:
     HeadingAid(const QuaternionOf<R>& q, const AttitudeEvent& event)
-        : q_(q),
-          body_x_(rotation_matrix<R>(q).col(0)),
+        : body_x_(rotation_matrix<R>(q).col(0)),
           level_(body_x_.template head<2>().squaredNorm()),
           measured_rad_(R(event.value[heading][0])),
           sigma_rad_(R(event.value[heading][1])) {}
@@ -28,17 +27,7 @@ public:
     // Derivative of the heading by a rotation about the navigation axes: theta x body_x, seen about down.
     Vector3Of<R> by_rotation() const { return {-body_x_[2] * body_x_[0] / level_, -body_x_[2] * body_x_[1] / level_, 1}; }
 
-    // Derivative of the heading by the quaternion: north and east are quadratic in q.
-    Eigen::Matrix<R, 1, 4> by_quaternion() const {
-        const R north = body_x_[0], east = body_x_[1];
-        Eigen::Matrix<R, 1, 4> H;
-        H << north * q_[3] - east * q_[0], north * q_[2] - east * q_[1], north * q_[1] + east * q_[2],
-            north * q_[0] + east * q_[3];
-        return H * (2 / level_);
-    }
-
 private:
-    QuaternionOf<R> q_;
     Vector3Of<R> body_x_;
     R level_; // square of the horizontal part of body x
     R measured_rad_, sigma_rad_;
