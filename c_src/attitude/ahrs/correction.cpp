@@ -4,8 +4,6 @@
 
 namespace hnav {
 
-extern template bool repair<AhrsErrors::errors>(Square<AhrsErrors::errors, Scalar>& P); // repair.cpp
-
 void AhrsModel::correct(State& s, const Event& event) const {
     Correction c(s);
     s.gap_rotation += gap_variance(s, event);

@@ -23,7 +23,8 @@ void AhrsModel::hold(State& s, const Event& event) const {
 }
 
 void AhrsModel::before_flow(State& s, const Event& event) const {
-    examine(s, event);
+    const auto since_s = [&](int c) { return R(event.t_s - s.last_s[c]); };
+    if (examine_event(s, event, limits_, !(s.rest.force_still > 0), since_s)) lose_rate(s, event.t_s);
     s.gap_too_long = s.started && gap_variance(s, event) > 1; // the turn in it is unknown
     if (!holds_backward(options_) || !s.has(event, gyro)) return;
     // Since the last rate sample, events of other sensors were processed under that rate. With backward hold the new rate replaces it for

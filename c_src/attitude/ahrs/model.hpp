@@ -242,7 +242,6 @@ private:
     void hold(State& s, const Event& event) const; // flow.cpp
 
     // recovery.cpp
-    void examine(State& s, const Event& event) const;
     void lose_rate(State& s, double t_s) const;
     void lose_attitude(State& s, Correction& c, R heading_sigma) const;
     void find_attitude(State& s, Correction& c) const;

@@ -4,28 +4,11 @@
 // After a gap there are no corrections. The force is averaged in gyro-stabilised axes until its mean is gravity; then the horizon is
 // turned onto it, unless the angle is small enough for the usual corrections.
 #include "attitude/ahrs/condition.hpp"
-#include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
 // Of a tilt that is unknown, rad^2.
 constexpr Scalar any_tilt_variance = 1;
-
-// Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of the
-// rotation about it grows.
-void AhrsModel::examine(State& s, const Event& event) const {
-    const double t_s = event.t_s;
-    const bool moves = !(s.rest.force_still > 0), turning = turns(Vector3R(s.rate));
-    const auto sample = [&](int c, Vector3R* y) {
-        if (!event.has(c)) return false;
-        *y = vector_of<R>(event, c);
-        return true;
-    };
-    const Examined found =
-        hnav::examine(s.check, limits_.of, t_s, moves, turning, sample, [&](int c) { return R(t_s - s.last_s[c]); });
-    s.rejected = found.rejected;
-    if (found.rate_at_fault) lose_rate(s, t_s);
-}
 
 // Variance of the rotation about faulty axes.
 void AhrsModel::lose_rate(State& s, double t_s) const {

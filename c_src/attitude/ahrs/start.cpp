@@ -28,14 +28,12 @@ void AhrsModel::realign(State& s) const {
 
 // Sigmas of a filter that has processed the recording, wide enough to estimate the other end again.
 void AhrsModel::turn_back(State& s, double t_s) const {
-    for (R& b : s.bias) b = -b;
-    for (R& y : s.rate) y = -y;
-    for (R& y : s.read_rate) y = -y;
+    for (R* v : {s.bias, s.rate, s.read_rate, s.coning})
+        for (int i = 0; i < 3; ++i) v[i] = -v[i];
     s.latency = -s.latency;
     s.reversed = !s.reversed;
     s.force_latency = -s.force_latency; // a force of the interval before is one of the interval after
     s.declination = s.foreign2 = 0;
-    for (R& c : s.coning) c = -c;
     note_turning(s);
     for (R& v : s.force_turn) v = 0;
     s.velocity[0] = s.velocity[1] = 0;

@@ -4,6 +4,7 @@
 
 #include "attitude/common/channels.hpp"
 #include "maths/rotation.hpp"
+#include "signals/sensor_checks.hpp"
 
 #include <cstdint>
 #include <limits>
@@ -19,6 +20,20 @@ constexpr double max_reading = 1e6;
 template <class R>
 inline Vector3Of<R> vector_of(const AttitudeEvent& event, int channel) {
     return Vector3(event.value[channel]).cast<R>();
+}
+
+// Before the event is used: a rejected sample is treated as missing. True: an axis of the gyroscope is at fault; its rate is used as
+// measured. force_moves: as of examine (signals/sensor_checks.hpp); interval_s(channel): since its last sample.
+template <class R, class State, class IntervalOf>
+bool examine_event(State& s, const AttitudeEvent& event, const CheckLimits<R>& limits, bool force_moves,
+                   IntervalOf&& interval_s) {
+    const auto sample = [&event](int c, Vector3Of<R>* y) {
+        if (event.has(c)) *y = vector_of<R>(event, c);
+        return event.has(c);
+    };
+    const Examined found = examine(s.check, limits.of, event.t_s, force_moves, turns(Vector3Of<R>(s.rate)), sample, interval_s);
+    s.rejected = found.rejected;
+    return found.rate_at_fault;
 }
 
 // The last correction by one sensor. Eight-byte members: part of the saved state.

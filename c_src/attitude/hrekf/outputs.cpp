@@ -4,10 +4,9 @@
 namespace hnav {
 
 Estimate HrekfModel::estimate(const State& s) const {
-    const QuaternionR q = QuaternionR(s.x).normalized();
     Estimate e;
     e.started = s.started != 0;
-    e.q_bn = q.cast<double>();
+    e.q_bn = attitude(s);
     e.rate_b = turn_rate(s).cast<double>();
     e.bias_b = Vector3R(s.bias).cast<double>();
     if (!e.started) return e;

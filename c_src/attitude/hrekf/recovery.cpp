@@ -1,21 +1,11 @@
 // Sensor faults, gaps, and a lost attitude: which samples are used, which variances grow, and when the filter starts again.
 #include "attitude/hrekf/model.hpp"
-#include "signals/sensor_checks.hpp"
 
 namespace hnav {
 
-// Before the event is used. A rejected sample is treated as missing; the rate of a faulty axis is used as measured, and the variance of
-// the rotation about it grows.
 void HrekfModel::examine(State& s, const Event& event) const {
-    const auto sample = [&](int c, Vector3R* y) {
-        if (!event.has(c)) return false;
-        *y = vector_of<R>(event, c);
-        return true;
-    };
-    const Examined found = hnav::examine(s.check, limits_.of, event.t_s, s.force_changes != 0, turns(Vector3R(s.rate)), sample,
-                                         [&](int c) { return interval(s, c, event.t_s); });
-    s.rejected = found.rejected;
-    if (found.rate_at_fault) lose_rate(s, event.t_s);
+    const auto since_s = [&](int c) { return interval(s, c, event.t_s); };
+    if (examine_event(s, event, limits_, s.force_changes != 0, since_s)) lose_rate(s, event.t_s);
 }
 
 // Variance of the rotation about faulty axes, with the rates of a hand.
