@@ -79,13 +79,8 @@ hnav_status EveryAttitude::innovation(int sensor, hnav_innovation* out) const {
     if (sensor >= sensors) return takes_none(this, sensor);
     const auto& i = last_innovation(sensor);
     if (std::isnan(i.t_s)) return fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
-    out->t_s = stamp_of(i.t_s);
-    std::copy(std::begin(i.value), std::end(i.value), out->value);
+    fill_innovation(i, stamp_of(i.t_s), out);
     std::copy(std::begin(i.S), std::end(i.S), out->S);
-    out->nis = i.nis;
-    out->noise_scale = i.noise_scale;
-    out->dimension = static_cast<int32_t>(i.dimension);
-    out->accepted = !(i.noise_scale > 1);
     return HNAV_OK;
 }
 

@@ -3,7 +3,6 @@
 
 #include "c_api/arrays.hpp"
 #include "c_api/attitude_object.hpp"
-#include "c_api/readings.hpp"
 #include "hnav/hnav.h"
 #include "maths/finite.hpp"
 

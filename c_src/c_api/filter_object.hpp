@@ -78,7 +78,21 @@ protected:
 };
 
 constexpr double max_time_s = 1e12; // beyond this, intervals overflow in a covariance
+// Chosen: 95 000 turns a minute, above every body that carries a gyroscope. The cost of an interval grows with the rate, so a
+// limit on the rate bounds the time of a call.
+constexpr double max_rate_rad_s = 1e4;
 const char* sensor_name(int sensor); // in messages
+
+// What every innovation has.
+template <class Innovation>
+void fill_innovation(const Innovation& i, double stamp_s, hnav_innovation* out) {
+    out->t_s = stamp_s;
+    for (int k = 0; k < 3; ++k) out->value[k] = i.value[k];
+    out->nis = i.nis;
+    out->noise_scale = i.noise_scale;
+    out->dimension = static_cast<int32_t>(i.dimension);
+    out->accepted = !(i.noise_scale > 1);
+}
 
 // Times nearer to 0 than a picosecond are set to 0: elsewhere the spacing of doubles is larger, and here a difference of two
 // times may be too small as a divisor.

@@ -3,7 +3,6 @@
 
 #include "base/memory.hpp"
 #include "c_api/engine_settings.hpp"
-#include "c_api/readings.hpp"
 #include "maths/square.hpp"
 #include "options/lists.hpp"
 

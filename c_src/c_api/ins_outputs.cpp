@@ -207,13 +207,8 @@ hnav_status InsObject::innovation(int sensor, hnav_innovation* out) const {
     if (sensor == HNAV_SENSOR_ACCEL) return fail(HNAV_ERROR_OUT_OF_RANGE, "the accelerometer of an INS has no innovation");
     const ins::Innovation& i = filter.newest().innovation[channel_of(sensor)];
     if (std::isnan(i.t_s)) return fail(HNAV_ERROR_NO_DATA, "no %s sample has been used yet", sensor_name(sensor));
-    out->t_s = filter.stamp_of(i.t_s);
-    copy(i.value, 3, out->value);
+    fill_innovation(i, filter.stamp_of(i.t_s), out);
     for (int k = 0; k < 3; ++k) out->S[4 * k] = i.variance[k];
-    out->nis = i.nis;
-    out->noise_scale = i.noise_scale;
-    out->dimension = static_cast<int32_t>(i.dimension);
-    out->accepted = !(i.noise_scale > 1);
     return HNAV_OK;
 }
 
