@@ -339,13 +339,7 @@ bool Model::settle(State& s, double* part) const {
 double Model::correct_by(double* P, double* moved, const double* h, double innovation, double variance) const {
     const int N = problem_->N;
     double* Ph = work_->gain;
-    const auto times_h = [&] {
-        for (int i = 0; i < N; ++i) {
-            Ph[i] = 0;
-            for (int j = 0; j < N; ++j) Ph[i] += P[i * N + j] * h[j];
-        }
-    };
-    times_h();
+    times_rows(P, N, N, h, Ph);
     double S = variance;
     for (int i = 0; i < N; ++i) S += h[i] * Ph[i];
     double* K = work_->product;
@@ -353,7 +347,7 @@ double Model::correct_by(double* P, double* moved, const double* h, double innov
     for (int i = 0; i < N; ++i) moved[i] += K[i] * innovation;
     for (int i = 0; i < N; ++i)
         for (int j = 0; j < N; ++j) P[i * N + j] -= K[i] * Ph[j];
-    times_h();
+    times_rows(P, N, N, h, Ph);
     for (int i = 0; i < N; ++i)
         for (int j = i; j < N; ++j) {
             P[i * N + j] += (variance * K[i] - Ph[i]) * K[j];

@@ -61,25 +61,14 @@ void Model::open_joint(State& s) const {
     }
 }
 
-// Before S is reset.
-void Model::flow_joint(double* part) const {
-    if (!smooths()) return;
-    const int N = problem_->N;
-    const double* S = part + layout().S;
-    double *row = View(part + layout().joint, N).C, *before = work_->joint_row;
-    for (int r = 0; r < N; ++r, row += N) {
-        std::copy_n(row, N, before);
-        times_rows(S, problem_->moving, N, before, row);
-    }
-}
-
-void Model::carry_joint(const double* Xi, double* part) const {
+// C = C M' of the first rows of M; the other columns stay.
+void Model::move_joint(const double* M, int rows, double* part) const {
     if (!smooths()) return;
     const int N = problem_->N;
     double *row = View(part + layout().joint, N).C, *before = work_->joint_row;
     for (int r = 0; r < N; ++r, row += N) {
         std::copy_n(row, N, before);
-        times_rows(Xi, N, N, before, row);
+        times_rows(M, rows, N, before, row);
     }
 }
 

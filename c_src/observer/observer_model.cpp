@@ -261,9 +261,16 @@ void Model::collect(const State& s, double* part) const {
         times_rows(part + at.S, p.moving, p.N, work_->cut, part + at.beyond);
     }
     flow_joint(part);
+    begin_flow(part, part[at.clock]);
+}
+
+// S and Qd begin again, after so long.
+void Model::begin_flow(double* part, double after_s) const {
+    const Problem& p = *problem_;
+    const Layout& at = layout();
     std::fill(part + at.S, part + at.clock, 0.0);
     for (int i = 0; i < p.moving; ++i) part[at.S + i * p.N + i] = 1;
-    part[at.elapsed] += part[at.clock];
+    part[at.elapsed] += after_s;
     part[at.clock] = 0;
 }
 

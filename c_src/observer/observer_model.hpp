@@ -257,6 +257,7 @@ private:
     void leave_logarithms(double* X, double* P) const;
     void covariance(const State& s, const double* flowed, const double* held, double* P) const;
     void collect(const State& s, double* part) const;
+    void begin_flow(double* part, double after_s) const;
     bool ask(Answer answer, Function function, double t_s, const double* values, int count) const;
     bool ask_A(Answer answer, double t_s) const;
     int parts_of(const State& s) const { return static_cast<int>(s.x()[layout().parts_used]); }
@@ -268,9 +269,9 @@ private:
     // joint.cpp
     bool smooths() const { return layout().joint_numbers > 0; }
     void open_joint(State& s) const;
-    void flow_joint(double* part) const;
+    void flow_joint(double* part) const { move_joint(part + layout().S, problem_->moving, part); } // before S is reset
+    void move_joint(const double* M, int rows, double* part) const;
     void correct_joint(double* part, const double* P, const double* h, double innovation, double variance) const;
-    void carry_joint(const double* Xi, double* part) const;
     void cut_joint(const Passage& e, const double* k, double sd, double l, double q, double* part) const;
     void merge_joint(const double* part, const double* other, double share, const double* X, const double* Y) const;
     void condition_joint(const double* k, int c, const double* d, double sd) const;

@@ -275,7 +275,7 @@ void Model::carry(const Passage& e, const double* P, double* part) const {
             for (int k = 0; k < p.N; ++k) sum += product[i * p.N + k] * e.Xi[j * p.N + k];
             *to++ = sum;
         }
-    carry_joint(e.Xi, part);
+    move_joint(e.Xi, p.N, part);
 }
 
 } // namespace hnav::observer

@@ -100,10 +100,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     put(mean, v);
     pack_upper(P, N, v + at.P);
     end_cubature_joint(points, v);
-    std::fill(v + at.S, v + at.clock, 0.0);
-    for (int i = 0; i < p.moving; ++i) v[at.S + i * N + i] = 1;
-    v[at.elapsed] += v[at.clock] + interval_s;
-    v[at.clock] = 0;
+    begin_flow(v, v[at.clock] + interval_s);
     return true;
 }
 
