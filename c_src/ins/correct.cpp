@@ -261,9 +261,9 @@ bool turns_vertical(int channel, double off_m) {
 }
 
 // Factor on the stated variance: estimated for each aid; for rests, and before the heading is known, from the mean NIS of all aids.
-double noise_of(const State& s, int channel) {
+double noise_of(const State& s, int channel, double now_s) {
     if (channel == ins::rest) return widened(s);
-    const double learnt = s.fit(channel).noise;
+    const double learnt = s.fit(channel).weight(now_s);
     return is_free(s) ? std::fmax(widened(s), learnt) : learnt; // a coarse linearisation adds errors that are not noise
 }
 
@@ -288,7 +288,7 @@ void Model::use_absolute(State& s, Covariance& P, const Event& event, Measuremen
         m.gated = false;
     }
     if (m.channel != ins::rest) s.fit(m.channel).restate(square(event.value[m.channel][3]));
-    for (double& r : m.R) r *= noise_of(s, m.channel);
+    for (double& r : m.R) r *= noise_of(s, m.channel, event.t_s);
     if (is_free(s)) gate_given_heading(s, P, m);
     use(s, P, event, m);
     s.note_refusal(m.channel, s.innovation[m.channel].noise_scale > 1, event.t_s);

@@ -100,7 +100,8 @@ void Model::begin(State& s) const {
     s.speed_known_s = s.slow_since_s = nan;
     s.inconsistent_s = s.restarted_s = -std::numeric_limits<double>::infinity();
     s.bias_inflation = 1;
-    for (Consistency& fit : s.fits) fit.begin(1);
+    s.fit(velocity).begin(1, Consistency::usual_colour_s);
+    s.fit(position).begin(1, 0); // errors that last are its colour
     s.aids.begin();
     s.nis_mean = s.heading_inflation = 1;
     s.circle = any;
@@ -345,7 +346,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     // Ratio of variances. Chosen: latency and scale errors of a recorded flight look like up to 6 times the variance; taken for noise of the
     // velocities, four of its 28 starts would not become ready.
     constexpr double certainly_noise = 8;
-    if (tilt.noise > certainly_noise) s.fit(velocity).begin(tilt.noise);
+    if (tilt.noise > certainly_noise) s.fit(velocity).begin(tilt.noise, s.fit(velocity).colour_s);
     s.phase = given ? Phase::navigating : Phase::any_heading;
     if (event.has(velocity)) {
         // The second velocity is compared with this one, because nothing else is known yet.

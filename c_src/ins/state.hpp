@@ -230,9 +230,9 @@ struct State {
     void forget_rests() {
         for (double& by : by_rests) by = 0;
     }
-    // At a new linearisation; the estimated noise of aids is kept.
+    // At a new linearisation; the estimated noise of aids and its correlation time are kept.
     void begin_monitors() {
-        for (Consistency& fit : fits) fit.begin(fit.noise);
+        for (Consistency& fit : fits) fit.begin(fit.noise, fit.colour_s);
         for (double& since_s : steps_since_s) since_s = nan;
     }
     Consistency& fit(int channel) { return fits[channel - velocity]; }

@@ -28,7 +28,7 @@ Consistency after(int samples, double interval_s, double sigma, double mean, boo
     std::mt19937_64 engine(3);
     std::normal_distribution<double> normal;
     Consistency fit;
-    fit.begin(1);
+    fit.begin(1, 0);
     for (int i = 0; i < samples; ++i) {
         const double noise = fit.noise; // the noise that the filter has learnt
         const double r[3] = {mean + sigma * normal(engine), sigma * normal(engine), sigma * normal(engine)};
@@ -108,7 +108,7 @@ TEST(Consistency, TheMeanOfAnyNumberOfRowsIsOneByChance) {
         std::mt19937_64 engine(5);
         std::normal_distribution<double> normal;
         Consistency fit;
-        fit.begin(1);
+        fit.begin(1, 0);
         double sum[Consistency::windows] = {};
         constexpr int samples = 20000, settled = 1000;
         for (int k = 0; k < samples; ++k) {
@@ -120,10 +120,38 @@ TEST(Consistency, TheMeanOfAnyNumberOfRowsIsOneByChance) {
     }
 }
 
+// Errors of .5 s and 3 s among white ones of the same size, five times a second. The variance is what the filter takes; 1 is that of a sample.
+TEST(Consistency, SamplesOfErrorsThatLastWeighLess) {
+    for (const double lasting_s : {0.0, 0.5, 3.0}) {
+        std::mt19937_64 engine(7);
+        std::normal_distribution<double> normal;
+        Consistency fit;
+        fit.begin(1, Consistency::usual_colour_s);
+        constexpr double interval_s = 0.2;
+        const double kept = lasting_s > 0 ? std::exp(-interval_s / lasting_s) : 0;
+        double slow[3] = {}, weight = 0;
+        constexpr int samples = 5000, settled = 500;
+        for (int k = 0; k < samples; ++k) {
+            const double t_s = k * interval_s, taken = fit.weight(t_s);
+            double r[3];
+            for (int i = 0; i < 3; ++i) {
+                slow[i] = kept * slow[i] + std::sqrt(0.5 * (1 - kept * kept)) * normal(engine);
+                r[i] = slow[i] + std::sqrt(0.5) * normal(engine);
+            }
+            const double variance[3] = {taken, taken, taken};
+            fit.note(r, variance, 3, false, false, t_s);
+            weight += k < settled ? 0 : taken / (samples - settled);
+        }
+        EXPECT_EQ(fit.noise, 1);
+        if (lasting_s == 0) EXPECT_LT(weight, 1.25);
+        else EXPECT_GT(weight, lasting_s < 1 ? 2 : 4) << lasting_s;
+    }
+}
+
 // Positions that jump are noted with two rows, others with three: the difference of the two is no noise.
 TEST(Consistency, AnInnovationOfFewerRowsIsNoSuccessor) {
     Consistency fit;
-    fit.begin(1);
+    fit.begin(1, 0);
     const double large[3] = {50, -50, 50}, jump[2] = {-50, 50}, variance[3] = {1, 1, 1};
     for (int k = 0; k < 20; ++k) {
         fit.note(k % 2 ? jump : large, variance, k % 2 ? 2 : 3, true, true, k);

@@ -35,7 +35,7 @@ VIBRATION_S = 2.0
 """Memory of the power between neighbouring samples."""
 FELT_S = 10.0
 """Memory of the power of the force that moves the body."""
-SMALL_M_S2, LONGEST_S = 0.1, 1.0
+SMALL_M_S2, LONGEST_S, SHORTEST_AGE_S = 0.1, 1.0, 0.1
 """Vibration is averaged away to so little, within so long at the most."""
 
 
@@ -64,15 +64,22 @@ def turned(x: Array) -> tuple[Array, Array, Array]:
 
 
 class Consistency:
-    """What an aid's noise is by the differences of its successive normalised innovations; c_src/estimation/consistency.hpp."""
+    """What an aid's noise is by the differences of its successive normalised innovations, and the time for which it lasts by their means;
+    c_src/estimation/consistency.hpp."""
 
     MEMORY, LARGEST, AT_ONCE, SLOW_S, LONGEST_S = 20.0, 25.0, 2.0, 30.0, 20.0
+    WINDOW_S, FAR, MOST, COLOUR_SLOW_S = 2.0, 10.0, 4.0, 20.0
     GROSS = 4.0
     """Ratio of variances above which the noise is treated as larger than stated."""
 
-    def __init__(self) -> None:
-        self.noise, self.successive, self.stated = 1.0, 1.0, 0.0
+    def __init__(self, colour_s: float) -> None:
+        self.noise, self.successive, self.stated, self.colour_s = 1.0, 1.0, 0.0, colour_s
         self.last: tuple[Array, float] | None = None
+        self.mean = np.zeros(3)
+
+    def weight(self, t_s: float) -> float:
+        """Factor on the stated variance of a sample at t_s."""
+        return self.noise * (max(1.0, self.colour_s / (t_s - self.last[1])) if self.last else 1.0)
 
     def restate(self, variance: float) -> None:
         """The estimate is a variance: if a larger one is stated than before, its ratio to the stated one falls."""
@@ -82,16 +89,25 @@ class Consistency:
 
     def note(self, r: Array, variance: Array, t_s: float) -> None:
         """Updates the consistency with an innovation within its gate."""
+        since_s = min(t_s - self.last[1], self.LONGEST_S) if self.last else self.LONGEST_S
+        y = r / np.sqrt(variance)
+        y = y * min(1.0, self.FAR / max(1e-9, float(np.sqrt(np.mean(y**2)))))
         if self.last is not None:
-            before, before_s = self.last
+            before = self.last[0]
             change2 = min(0.5 * float(np.mean((r - before) ** 2 / variance)), self.LARGEST)
             self.successive += (change2 - self.successive) / self.MEMORY
             if self.successive > self.AT_ONCE:
                 self.noise *= self.successive
+                self.mean = self.mean / np.sqrt(self.successive)
                 self.successive = 1.0
             else:
-                since_s = min(t_s - before_s, self.LONGEST_S)
                 self.noise = max(1.0, self.noise * float(np.exp(since_s / self.SLOW_S * (self.successive - 1))))
+        share = since_s / (self.WINDOW_S + since_s)
+        self.mean = self.mean + share * (y - self.mean)
+        if self.last is not None and self.colour_s > 0 and since_s < self.WINDOW_S:
+            bias = min(float(np.mean(self.mean**2)) * (2 - share) / share, self.MOST)
+            longer = self.colour_s * float(np.exp(since_s / self.COLOUR_SLOW_S * (bias - 1)))
+            self.colour_s = max(since_s, min(longer, self.WINDOW_S))
         self.last = r, t_s
 
 
@@ -115,7 +131,7 @@ class InsReference:
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)
         self.turned_b = np.zeros(3)
-        self.velocity_fit, self.position_fit = Consistency(), Consistency()
+        self.velocity_fit, self.position_fit = Consistency(0.3), Consistency(0.0)
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
@@ -187,9 +203,8 @@ class InsReference:
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
-        self.recent_acceleration = self.recent_acceleration + T / (0.5 * max(0.0, self.latency) + T) * (
-            force + self.gravity - self.recent_acceleration
-        )
+        age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
+        self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (raw + self.gravity - self.recent_acceleration)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):
@@ -443,7 +458,7 @@ class InsReference:
 
     def use(self, H: Array, r: Array, variance: float | Array, fit: Consistency | None = None) -> None:
         """One measurement; variance: of each value, or of all; fit: consistency of the GNSS channel, which estimates its noise."""
-        S = H @ self.P @ H.T + (fit.noise if fit else 1.0) * np.diag(np.broadcast_to(variance, len(r)))
+        S = H @ self.P @ H.T + (fit.weight(self.t_s) if fit else 1.0) * np.diag(np.broadcast_to(variance, len(r)))
         K = np.linalg.solve(S, H @ self.P).T
         error = K @ r
         self.P = self.P - K @ H @ self.P
