@@ -101,6 +101,20 @@ def test_options_that_cannot_be_are_named_as_they_were_typed(in_g, arguments, na
     assert refused.returncode == 2 and named in refused.stderr
 
 
+def test_a_magnetometer_with_wrong_axes_is_not_calibrated(tmp_path, motion):
+    out = tmp_path / "sensor.json"
+    mirrored = recorded.x_io(tmp_path, replace(motion, field_b_tesla=motion.field_b_tesla * [1, 1, -1]))
+    done = hnav("calibrate", mirrored, "--out", str(out))
+    assert done.returncode == 2 and not out.exists()
+    assert "use --axes mag=x,y,-z: a calibration would take this for soft iron" in done.stderr
+
+
+def test_a_field_that_is_mostly_rejected_is_said(tmp_path, motion):
+    iron = recorded.x_io(tmp_path, replace(motion, field_b_tesla=motion.field_b_tesla + [3e-5, -2e-5, 1.5e-5]))
+    done = hnav("filter", iron, "--out", str(tmp_path / "out.csv"))
+    assert done.returncode == 0 and "samples of the field did not fit" in done.stderr + done.stdout
+
+
 def test_calibrate_takes_what_a_raw_magnetometer_gives(tmp_path, motion):
     rng = np.random.default_rng(1)
     raw = replace(motion, field_b_tesla=motion.field_b_tesla + [3e-4, 0, 0] + 1e-8 * rng.normal(size=motion.field_b_tesla.shape))

@@ -381,3 +381,12 @@ def test_the_advice_on_a_table_that_holds_its_samples_gives_the_smallest_error(h
             errors_deg[drop, way] = np.degrees(np.sqrt(np.mean(wrong**2)))
     assert min(errors_deg, key=lambda case: errors_deg[case]) == (True, hold)
     assert errors_deg[True, hold] < 0.3 * errors_deg[False, "backward"]
+
+
+def test_an_overflow_of_the_magnetometer_hides_no_wrong_axes(held):
+    field = held.field_b_tesla[:, [1, 0, 2]] * [1, 1, -1]
+    field[len(field) // 2] = 4.9e-3
+    found = check(replace(held, field_b_tesla=field))
+    assert [str(finding) for finding in found if (finding.sensor, finding.code) == ("mag", "axes")]
+    (note,) = [finding for finding in found if finding.code == "outliers"]
+    assert note.level == "note" and "a sample is more than 10 times as far off as others" in note.message

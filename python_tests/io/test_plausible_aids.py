@@ -20,11 +20,11 @@ SLOWLY, QUICKLY = (1.3, 0.05), (0.6, 0.3)
 """Amplitude in rad and angular frequency in rad/s of a winding road."""
 
 
-def driven(noise_m: float = 2.0, climb_m_s: float = 0.0, length_s: float = 200.0, winding=SLOWLY) -> Recording:
+def driven(noise_m: float = 2.0, climb_m_s: float = 0.0, length_s: float = 200.0, winding=SLOWLY, faster=0.0) -> Recording:
     """A car on a winding road, 15 m/s, with a fix each second; climb_m_s: of an aircraft instead."""
     rng = np.random.default_rng(5)
     t = np.arange(0, length_s, 1.0)
-    course = 0.4 + winding[0] * np.sin(winding[1] * t) + 0.01 * t
+    course = 0.4 + winding[0] * np.sin((winding[1] + faster * t) * t) + 0.01 * t
     velocity = np.stack([15 * np.cos(course), 15 * np.sin(course), -climb_m_s * np.sin(0.07 * t)], 1)
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]), axis=0)])
     place = place_of(position_of(PLACE) + (way + noise_m * rng.normal(size=way.shape)) @ axes_at(PLACE).T)
@@ -92,18 +92,21 @@ def test_a_body_that_hardly_moves_and_one_with_gaps_show_nothing():
 
 def turning_with_the_road(late_s: float) -> Recording:
     """The car of driven() with rates that turn it, and velocities that are stamped late."""
-    road = driven(length_s=240.0, winding=QUICKLY)
+    faster = 0.001  # rad/s2: bends that repeat would leave the delay open
+    road = driven(length_s=240.0, winding=QUICKLY, faster=faster)
     often = road.t_s
     rate = np.zeros((len(often), 3))
-    rate[:, 2] = QUICKLY[0] * QUICKLY[1] * np.cos(QUICKLY[1] * often) + 0.02  # with a bias
+    phase, speed = (QUICKLY[1] + faster * often) * often, QUICKLY[1] + 2 * faster * often
+    rate[:, 2] = QUICKLY[0] * speed * np.cos(phase) + 0.02  # with a bias
     aids = {kind: dataclasses.replace(one, t_s=one.t_s + late_s) for kind, one in road.aids.items() if kind != "speed"}
     return dataclasses.replace(road, rate_b_rad_s=rate, aids=aids)
 
 
-@pytest.mark.parametrize("late_s", [0.6, 1.5, -0.6])
+@pytest.mark.parametrize("late_s", [0.6, 1.5, -0.6, 5.0, 18.0, -18.0])
 def test_fixes_that_are_stamped_late_are_said_with_the_delay(late_s):
     (finding,) = check_aids(turning_with_the_road(late_s))
     assert (finding.code, finding.argument) == ("clock", "fixes_late_s") and abs(float(finding.value) - late_s) < 0.1
+    assert ("GPS time" in finding.message) == (abs(late_s) == 18.0)
     assert check_aids(turning_with_the_road(0.1)) == []
 
 
@@ -132,6 +135,25 @@ def test_places_in_radians_are_named(roles):
     )
 
 
+def test_places_in_radians_are_named_without_velocities_too():
+    alone = dataclasses.replace(driven(), aids={"position": driven().aids["position"]})
+    degrees = alone.aids["position"].values
+    assert check_aids(alone) == []
+    (finding,) = check_aids(with_values(alone, "position", np.radians([1.0, 1.0, 57.3]) * degrees))
+    assert "Gulf of Guinea: this looks like rad" in finding.message and 'columns lat_deg="NAME [rad]"' in finding.advice
+    assert check_aids(with_values(alone, "position", degrees - [*PLACE[:2], 0])) == []  # a simulation at (0, 0)
+
+
+@pytest.mark.parametrize(
+    "kind, factor, said", [("position", 1e3, "2e+03 m: this looks like mm;"), ("velocity", 1e3, "100 m/s: this looks like mm/s;")]
+)
+def test_sigmas_in_millimetres_are_named(kind, factor, said):
+    recording = driven()
+    stated = dataclasses.replace(recording.aids[kind], sigma=factor * recording.aids[kind].sigma)
+    (finding,) = check_aids(dataclasses.replace(recording, aids={**recording.aids, kind: stated}))
+    assert f"a median stated sigma of {said}" in str(finding)
+
+
 @pytest.mark.parametrize("factors, said", [
     ([1e7, 1e7, 1], r"a latitude of 4\.\d+e\+08 deg, where 90 is the largest: this looks like 1e7deg"),
     ([1, 1, 1e3], r"a height of 3\.\d+e\+05 m, where 100000 is the largest: this looks like mm"),
@@ -154,3 +176,19 @@ def test_a_unit_may_stand_behind_the_name_of_a_column(tmp_path, given, factor):
     np.testing.assert_allclose(velocity.values[:, 0], 7.2 * factor)
     with pytest.raises(RecordingError, match=r"columns vn=speed N \[kg\]: .* cannot have this unit"):
         read_aids(path, columns={"vn": "speed N [kg]"})
+
+
+@pytest.mark.parametrize(
+    "name, factor",
+    [("Tacho_kmh", 1 / 3.6), ("tachoKn", 1852 / 3600), ("Tacho [km/h]", 1 / 3.6), ("speed_wheel_m_s", 1.0), ("Tacho", 1.0)],
+)
+def test_the_unit_in_the_name_of_a_column_that_is_assigned_counts(tmp_path, name, factor):
+    path = tmp_path / "wheels.csv"
+    path.write_text(f"t_s,{name}\n" + "".join(f"{t},7.2\n" for t in range(5)))
+    np.testing.assert_allclose(read_aids(path, columns={"speed_m_s": name})["speed"].values, 7.2 * factor)
+
+
+def test_a_plain_height_beside_a_place_is_its_height(tmp_path):
+    path = tmp_path / "fixes.csv"
+    path.write_text("t_s,lat,lon,height\n" + "".join(f"{t},48.1,11.6,{500 + t}\n" for t in range(5)))
+    np.testing.assert_allclose(read_aids(path)["position"].values[:, 2], 500 + np.arange(5))

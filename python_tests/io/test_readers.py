@@ -356,3 +356,13 @@ def test_axes_are_proposed_for_the_axes_that_their_names_say(tmp_path):
     path.write_text("time,seconds_elapsed,z,y,x\n" + "".join(f"{k},{k},0,0,0\n" for k in range(20)))
     with pytest.raises(RecordingError, match="such as columns gx=x columns gy=y columns gz=z$"):
         read(path)
+
+
+def test_axes_with_units_of_their_own_are_scaled_each_by_its_own(tmp_path):
+    path = tmp_path / "mixed.csv"
+    head = "t_s,gx [rad/s],gy [rad/s],gz [deg/s],ax [m/s2],ay [g],az [m/s2]\n"
+    path.write_text(head + "".join(f"{k / 100},0.1,0.2,{float(np.degrees(0.3))!r},1,{-0.5},-9.8\n" for k in range(60)))
+    recording = read(path)
+    np.testing.assert_allclose(recording.rate_b_rad_s, np.tile([0.1, 0.2, 0.3], (60, 1)))
+    np.testing.assert_allclose(recording.force_b_m_s2, np.tile([1, -0.5 * 9.80665, -9.8], (60, 1)))
+    np.testing.assert_allclose(read(path, gyro_unit="deg/s").rate_b_rad_s[0], np.radians([0.1, 0.2, np.degrees(0.3)]))

@@ -57,7 +57,7 @@ def test_empty_cells_and_nan_are_missing_samples(csv):
     ((ROW, NEXT), "line 1: no header"),
     (("t_s,gx,gy,ax,ay,az", "0,1,2,3,4,5"), "line 1: the column gz is missing"),
     (("t_s,gx,gy,gz,ax,ay,az,mx,my", "0,1,2,3,4,5,6,7,8"), "line 1: the column mz is missing"),
-    ((HEADER + ",gx", ROW + ",1"), "line 1: a column appears twice"),
+    ((HEADER + ",gx", ROW + ",1"), "line 1: a column appears twice: gx: choose by its place, columns gx=2 or gx=11"),
     ((HEADER,), "no rows after the header"),
     (("",), "empty"),
 ])  # fmt: skip

@@ -12,7 +12,7 @@ from rich.table import Table
 from hnav.cli.console import say, show
 from hnav.cli.parameters import Strict, page_option
 from hnav.cli.recordings import Reading, warn, warnings_of, with_groups
-from hnav.cli.words import UsageError
+from hnav.cli.words import UsageError, finding_line
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer
 from hnav.io.findings import Finding
@@ -57,7 +57,10 @@ def command(
     if sensor is None:
         if report is not None:
             raise UsageError(f"--report {report}: is of --sensor FILE.json; of a magnetometer alone there is --picture")
-        warnings = warnings_of(recording, [finding for finding in reading.check(data) if matters(finding)], strict)
+        found = [finding for finding in reading.check(data) if matters(finding)]
+        if wrong := [finding_line(finding) for finding in found if finding.code == "axes" and finding.certain]:
+            raise UsageError(f"{recording}: {wrong[0]}: a calibration would take this for soft iron")
+        warnings = warnings_of(recording, found, strict)
         calibrate_field(recording, data, out, picture, allow_hard_iron_only)
         warn(warnings)
         return

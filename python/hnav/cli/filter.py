@@ -207,7 +207,7 @@ def print_outcome(outcome: Outcome, engine: str, out: Path | None, report: Path 
     """Rows, time and counts in one line, and what the user may change."""
     counts = ", ".join(f"{name} {n}" for name, n in outcome.counts.items() if n)
     say(f"{outcome.rows} rows to {written(out, report)}; {outcome.us_per_sample:.2f} us/sample by {engine}; {counts}")
-    for line in [*warnings(outcome.findings), *infeasible_gamma(outcome.counts), *note]:
+    for line in [*warnings(outcome.findings), *mostly_gated(outcome.counts), *infeasible_gamma(outcome.counts), *note]:
         say(line)
 
 
@@ -237,6 +237,17 @@ def warnings(found: list[Finding]) -> list[str]:
             states = ", ".join(f"{finding.state} for {finding.lasted_s:.1f} s" for finding in own)
             lines.append(f"{sensor} {states}: {cure(own[0])}")
     return lines
+
+
+def mostly_gated(counts: Mapping[str, int]) -> list[str]:
+    """A warning when the field was rejected or down-weighted at most samples: the heading then follows the gyroscope."""
+    used, gated = (counts.get(f"mag_{name}", 0) for name in ("used", "gated"))
+    if not gated > 0.5 * used > 0:
+        return []
+    return [
+        f"warning: {gated} of {used} samples of the field did not fit, so the heading follows the gyroscope: hnav calibrate removes iron "
+        "of the device; look for iron and currents near it"
+    ]
 
 
 def infeasible_gamma(counts: Mapping[str, int]) -> list[str]:

@@ -33,7 +33,7 @@ class Finding:
     level: str
     """error, warning or note."""
     code: str
-    """no_samples, all_zero, constant, unit, gravity_removed, bias, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
+    """no_samples, all_zero, constant, outliers, unit, gravity_removed, bias, strength, scale, axes, sign, gaps, ends_early, saturated, repeated,
     absent, contradiction, clock, damaged, datum, short or not_testable."""
     sensor: str
     """gyro, accel, mag, time or file; position, velocity or speed of the aids."""

@@ -50,6 +50,7 @@ USUAL_ERROR_M_S2, LARGEST_ERROR_M_S2 = 0.1, 1.5  # of an accelerometer: that fil
 CLIPPED_BAND, CLIPPED_SAMPLES = 0.05, 8
 REPEATED_ROWS, REPEATED_FIELDS, ZERO_SHARE = 0.2, 0.6, 0.01
 ENOUGH = 50  # samples that a check needs
+WILD, WILD_SHARE = 10.0, 0.99  # a field is wild so many times beyond what this share of the samples reaches, as in a calibration
 FEWEST_ROWS = 10  # in which something may get ready
 NOTED = {
     MENDED: ("clock", "time", "look at the logger; rate_hz puts samples at equal intervals"),
@@ -72,6 +73,9 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
     found = [*_working(recording, samples)]
     dead = {finding.sensor for finding in found if finding.code in ("no_samples", "all_zero", "absent")}
     live = {sensor: kept for sensor, kept in samples.items() if sensor not in dead and len(kept[0]) >= ENOUGH}
+    if "mag" in live:
+        live["mag"], wild = _without_wild(*live["mag"])
+        found += wild
     found += _noted(recording)
     found += _length(recording)
     found += _time(recording, live)
@@ -84,6 +88,20 @@ def check(recording: Recording, hemisphere: str | None = None) -> list[Finding]:
         hemisphere = hemisphere_at(float(np.median(recording.aids["position"].values[:, 0])))
     found += findings_by_turning(recording, live, found, hemisphere)
     return sorted(found, key=lambda finding: LEVELS.index(finding.level))
+
+
+def _without_wild(t_s: np.ndarray, field: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], list[Finding]]:
+    """The samples without those that no field explains, which a fit would follow, and a note about these."""
+    off = np.linalg.norm(field - np.median(field, axis=0), axis=1)
+    wild = off > WILD * max(float(np.quantile(off, WILD_SHARE)), float(np.median(np.linalg.norm(field, axis=1))))
+    if not wild.any():
+        return (t_s, field), []
+    first = int(np.argmax(wild))
+    count = "a sample is" if wild.sum() == 1 else f"{wild.sum()} samples are"
+    shown = f"{count} more than {WILD:.0f} times as far off as others, first at {t_s[first]:.10g} s: the checks leave them out"
+    return (t_s[~wild], field[~wild]), [
+        Finding("note", "outliers", "mag", shown, advice="look at the driver: such are overflows of a chip")
+    ]
 
 
 def _noted(recording: Recording) -> Iterator[Finding]:

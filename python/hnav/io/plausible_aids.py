@@ -33,15 +33,21 @@ PAIR_S, MOVING_M_S, FEWEST_PAIRS, MOST_PAIRS = 2.0, 2.0, 30, 20_000  # of fixes 
 LEVEL_S = 2.5  # either side, over which the mean force points up
 LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
 MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
+FAR_LATE_S, FAR_STEP_S = 40.0, 0.25  # as of GPS time, which is 18 s ahead of UTC, and TAI, 37 s
 TURNS_TOGETHER, LATE_S, MORE_EXPLAINED = 0.93, 0.25, 0.01  # smaller delays are estimated by INS
 WILD_RAD = 0.5
 ABOVE_SEA = (
     "its heights are above sea level, and count as above the ellipsoid: they are off by the height of the geoid, -107 to 86 m"
 )
+GPS_AHEAD_S = 18.0
 LEAST_OF_RANGE = 1e-3  # of the largest place, which a place in the right unit exceeds
 HIGHEST_M = 1e5  # no atmosphere, and no receiver without a licence
 FASTEST_CLIMB_M, NO_CLIMB = 200.0, 0.03  # rms in 10 s, of which a height shows no more: the velocity has another unit
 DEGREES = float(np.degrees(1))
+OPEN_SEA, NEAR_ORIGIN_DEG = (90.0, 180.0), 0.1
+"""Latitude and longitude in rad are within pi / 2 and pi: as degrees, a place in the Gulf of Guinea. A simulation may be at the origin itself."""
+LARGEST_SIGMA = {"position": (200.0, "m", "mm", ("sigma_h", "sigma_v")), "velocity": (20.0, "m/s", "mm/s", ("sigma_vel",))}
+"""Median that no receiver with a fix states, its unit, the unit that it looks like, and the columns."""
 IN_RADIANS = {"lat_deg lon_deg": (DEGREES, DEGREES, 1.0), "lat_deg": (DEGREES, 1.0, 1.0), "lon_deg": (1.0, DEGREES, 1.0)}
 """Columns that may hold radians, and the factors that make degrees of them."""
 NEAR_UNIT = 1.12  # ratio to a unit's factor
@@ -49,12 +55,14 @@ NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 def check_aids(recording: Recording) -> list[Finding]:
     """Implausible aiding samples, which attitude filters do not read."""
-    found = [*_left_out(recording), *_repeated(recording)]
+    found = [*_left_out(recording), *_repeated(recording), *_large_sigmas(recording)]
     position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
     if position is None:
         return found + _of_motion(recording, velocity)
     if out_of_range := [*_out_of_range(position)]:
         return found + _of_motion(recording, velocity) + out_of_range
+    if velocity is None:
+        found += _at_sea(position)
     if position.above_sea:
         found.append(Finding("note", "datum", "position", ABOVE_SEA, advice="a column of heights above the ellipsoid goes first"))
     north_east_up = _metres(position)
@@ -119,6 +127,24 @@ def _out_of_range(position: AidSamples) -> Iterator[Finding]:
             looks = f"this looks like {units[0]}" if units else "latitude and longitude may be exchanged"
             shown = f"a {name} of {size:.5g} {next(iter(PER[quantity]))}, where {largest:g} is the largest: {looks}"
             yield warning("unit", "position", shown, advice=_say_unit(units[0] if units else "", role), certain=True)
+
+
+def _at_sea(position: AidSamples) -> Iterator[Finding]:
+    """Places that are in radians, for all that they show without velocities."""
+    largest = np.degrees(np.abs(position.values[:, :2]).max(axis=0))
+    if (largest <= np.radians(OPEN_SEA)).all() and largest.max() > NEAR_ORIGIN_DEG:
+        shown = f"latitude and longitude up to {largest[0]:.3g} and {largest[1]:.3g} deg are in the Gulf of Guinea: this looks like rad"
+        yield warning("unit", "position", shown, advice=_say_unit("rad", "lat_deg", "lon_deg"))
+
+
+def _large_sigmas(recording: Recording) -> Iterator[Finding]:
+    """Stated sigmas so large that the samples would count for nothing."""
+    for kind, (largest, unit, other, roles) in LARGEST_SIGMA.items():
+        stated = recording.aids[kind].sigma if kind in recording.aids else np.empty((0, 3))
+        stated = stated[np.isfinite(stated)]
+        if len(stated) and (median := float(np.median(stated))) > largest:
+            shown = f"a median stated sigma of {median:.3g} {unit}: this looks like {other}"
+            yield warning("unit", kind, shown, advice=_say_unit(other, *roles))
 
 
 def _say_unit(unit: str, *roles: str) -> str:
@@ -238,13 +264,20 @@ def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Fin
     change = np.angle(np.exp(1j * (course[end] - course[begin])))
     if change.std() < LEAST_TURN_RAD:
         return
-    lags = np.arange(-MOST_LATE_S, MOST_LATE_S + LATE_STEP_S, LATE_STEP_S)
-    fits = np.array(
-        [_share_explained(change, *(np.interp(velocity.t_s[at] - lag, t_s, turned) for at in (begin, end))) for lag in lags]
-    )
-    late_s, best, now = float(lags[fits.argmax()]), float(fits.max()), float(fits[np.abs(lags).argmin()])
+
+    def best_of(lags_s: np.ndarray) -> tuple[float, float]:
+        shifted = ([np.interp(velocity.t_s[at] - lag_s, t_s, turned) for at in (begin, end)] for lag_s in lags_s)
+        fits = [_share_explained(change, *angles) for angles in shifted]
+        return float(lags_s[np.argmax(fits)]), max(fits)
+
+    _, now = best_of(np.zeros(1))
+    late_s, best = best_of(np.arange(-MOST_LATE_S, MOST_LATE_S + LATE_STEP_S, LATE_STEP_S))
+    if best < TURNS_TOGETHER:
+        far_s, _ = best_of(np.arange(-FAR_LATE_S, FAR_LATE_S + FAR_STEP_S, FAR_STEP_S))
+        late_s, best = best_of(far_s + np.arange(-FAR_STEP_S, FAR_STEP_S + LATE_STEP_S, LATE_STEP_S))
     if best > TURNS_TOGETHER and abs(late_s) > LATE_S and best - now > MORE_EXPLAINED:
         shown = f"the course turns {abs(late_s):.2g} s {'later' if late_s > 0 else 'earlier'} than the rates"
+        shown += ", as GPS time is ahead of UTC by 18 s" if abs(abs(late_s) - GPS_AHEAD_S) < 1 else ""
         yield warning("clock", "velocity", shown, "fixes_late_s", f"{late_s:.2g}", "times of arrival are no times of validity")
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.formats import FORMATS, reader_of
@@ -94,7 +94,20 @@ def _raw(path: Path, format: str | None, wishes: Wishes) -> Raw:
         raise RecordingError(f"{path}: cannot be read: {(error.strerror or str(error)).lower()}") from None
 
 
-def from_dataframe(frame: pd.DataFrame, name: str = "table", **options: Any) -> Recording:
-    """A recording from a table of pandas; options as of read, without format. Raises RecordingError."""
-    wishes = Wishes(**{option: value for option, value in options.items() if value is not None})
+def from_dataframe(
+    frame: pd.DataFrame,
+    name: str = "table",
+    *,
+    columns: Mapping[str, str] | None = None,
+    gyro_unit: str | None = None,
+    accel_unit: str | None = None,
+    mag_unit: str | None = None,
+    time_unit: str | None = None,
+    rate_hz: float | None = None,
+    axes: Mapping[str, str] | None = None,
+    drop_repeats: bool = False,
+    fixes_late_s: float = 0.0,
+) -> Recording:
+    """A recording from a table of pandas; arguments as of read. Raises RecordingError."""
+    wishes = Wishes(columns or {}, gyro_unit, accel_unit, mag_unit, time_unit, rate_hz, axes or {}, drop_repeats, fixes_late_s)
     return recording_of(name, name, raw_of(name, table_of(frame, name, wishes), wishes), wishes)

@@ -241,12 +241,16 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     found = _candidates(names, _with_axes(names), sensor)
     if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
         found = max(found, _candidates(names, short, sensor), key=len)
+    if {"lat_deg", "lon_deg"} <= found.keys() and "alt_m" not in found:  # beside a place, a plain height is its height
+        found |= {
+            role: columns for role, columns in _candidates(names, [f"gps {n}" for n in names], None).items() if role == "alt_m"
+        }
     chosen: dict[str, Column] = {}
     for role, candidates in found.items():
         best = min(candidates, key=lambda column: column.rank)
         twins = [column for column in candidates if column.rank == best.rank]
         if len(twins) > 1 and role not in given and role != "t_s" and role not in ROLES:
-            raise _ambiguous(shown, role, *(column.name.strip() for column in twins[:2]))
+            raise _ambiguous(shown, role, *twins[:2])
         chosen[role] = twins[0]
     chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", [])) | _fraction(chosen, found.get("t_s", []))
     for role, name in given.items():
@@ -255,10 +259,12 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     return chosen
 
 
-def _ambiguous(shown: str, role: str, one: str, other: str) -> RecordingError:
-    if one == other:
-        return RecordingError(f"{shown}: a column appears twice: {one}")
-    return RecordingError(f"{shown}: {one} and {other} may both be {role}: choose by columns {role}=NAME", "columns")
+def _ambiguous(shown: str, role: str, one: Column, other: Column) -> RecordingError:
+    name, twin = one.name.strip(), other.name.strip()
+    if name == twin:
+        places = f"{one.place + 1} or {role}={other.place + 1}"
+        return RecordingError(f"{shown}: a column appears twice: {name}: choose by its place, columns {role}={places}", "columns")
+    return RecordingError(f"{shown}: {name} and {twin} may both be {role}: choose by columns {role}=NAME", "columns")
 
 
 def _own_times(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
@@ -334,6 +340,17 @@ def _with_unit_given(column: Column, text: str, shown: str) -> Column:
     return replace(column, unit=unit, strange="")
 
 
+def _unit_in(name: str, role: str) -> str | None:
+    """The unit of a role that any name states in brackets or by its last words: Tacho [km/h], Hoehe_ft, RotX_dps."""
+
+    def spelled(text: str) -> str | None:
+        return aid_unit(ROLES[role], text) if role in ROLES else spelled_unit(QUANTITY_OF[role[0]], text)
+
+    words = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", name)]
+    endings = ("".join(words[-count:]) for count in (3, 2, 1) if len(words) > count)
+    return next(filter(None, map(spelled, (_split(name)[1], *(text for text in endings if len(text) > 1 or text in "gm")))), None)
+
+
 def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
     """The column that the caller has assigned. Raises RecordingError."""
     stripped = [n.strip().strip('"').lstrip("#% ") for n in names]
@@ -341,14 +358,8 @@ def _named(names: Sequence[str], role: str, name: str, shown: str) -> Column:
         for i, known in enumerate(stripped):
             if text == known or text == names[i].strip():
                 column = column_of(known, i)
-                if role in ROLES:
-                    stated = aid_unit(ROLES[role], _split(known)[1])
-                    unit = column.unit if column is not None and column.role == role else stated
-                    return Column(role, names[i], i, unit, sign=sign)
-                quantity = QUANTITY_OF[role[0]]
-                same = column is not None and column.role[0] == role[0]
-                unit = column.unit if same and column else spelled_unit(quantity, _split(known)[1])
-                return Column(role, names[i], i, unit, sign=sign)
+                same = column is not None and (column.role == role if role in ROLES else column.role[0] == role[0])
+                return Column(role, names[i], i, column.unit if same and column else _unit_in(known, role), sign=sign)
     if behind := _UNIT_BEHIND.fullmatch(name.strip()):
         return _with_unit_given(_named(names, role, behind.group(1), shown), behind.group(2), shown)
     if (place := name.strip().lstrip("-")).isdigit() and 1 <= int(place) <= len(names):

@@ -159,6 +159,8 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
         _refuse_strange_unit(shown, table, sensor, columns)
     unit = wishes.unit(sensor, by_header, by_format)
+    if unit.source == "by header":
+        values = values * [si_per(sensor, column.unit or unit.name) / si_per(sensor, unit.name) for column in columns]
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
     return Stream(sensor, t_s, values, unit)
