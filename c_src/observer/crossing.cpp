@@ -101,6 +101,7 @@ bool Model::jump_part(Run& run, double* part, Cause cause, int count) const {
     if (!take_sides(run.s, part, t_s, e.after)) return false;
     if (!e.silent) {
         e.is_newest = cause == Cause::guard && with_matrix;
+        if (e.is_newest) note_open(run);
         std::swap(run.newest, run.present);
     }
     return true;
@@ -286,7 +287,7 @@ bool Model::turns_near(const Run& run, const double* part, int guard, bool* near
     const double variance = variance_along(g, work_->P, p.N);
     *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance;
     if (!*near) return true;
-    note_guard(x + at.S, g, 0);
+    note_guard(x + at.S, g, work_->guards);
     std::fill_n(work_->guards + p.N, p.N, 0.0);
     return true;
 }

@@ -17,8 +17,6 @@
 namespace hnav::observer {
 namespace {
 
-constexpr double near_sigma = 4;
-
 double density(double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); }
 double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
 
@@ -29,9 +27,12 @@ double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
 // At the end of an interval, with the plant in the state of the part.
 bool Model::split_near_guard(Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
-    const Passage& e = run.newest;
-    const bool uncertain = e.is_newest && run.passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
-    if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
+    const bool uncertain = run.interval_s < run.open_until_s;
+    if (uncertain && run.passed > 1) {
+        give_up(run, -1, -1); // more than two cases: points
+        return true;
+    }
+    if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - run.newest.elapsed)))
         return spread_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
 }

@@ -70,8 +70,9 @@ public:
     double *branches, *step_from, *step_to, *inside, *slope, *z, *z_low, *z_above, *z_inside, *z_first, *gradients, *rates,
         *probe, *slope_here;
     // Without derivatives: the part at the beginning of the interval and after its newest event, its S since then, a point that
-    // is propagated from there, pairs of numbers for all points, gradients of two guards there, and the mean.
-    double *beginning, *segment, *segment_S, *point, *plane, *guards, *spread_mean;
+    // is propagated from there, pairs of numbers for all points, gradients of two guards there and of the first open one at the beginning,
+    // and the mean.
+    double *beginning, *segment, *segment_S, *point, *plane, *guards, *open_guard, *spread_mean;
     double* first_memory; // discrete state at the start
     // Five matrices N x N; a state for the creation of the stiff solver.
     double *matrices, *stiff_start;
@@ -211,6 +212,7 @@ private:
         double stiff_step_s = 0; // step of the implicit solver that reached a guard
         bool derivable = true; // the event has a derivative
         int passed = 0; // events with an effect
+        double open_until_s = 0; // since the beginning: until then some event may not have occurred
         Passage newest, present;
     };
 
@@ -351,7 +353,11 @@ private:
         int columns;
         double weight; // of a point
     };
-    void note_guard(const double* S, const double* gradient, int place) const;
+    // A guard that is not crossed for sure at this distance in sigma.
+    static constexpr double near_sigma = 4;
+    void note_guard(const double* S, const double* gradient, double* to) const;
+    void note_open(Run& run) const;
+    void begin_again() const;
     int root_along_guards(double* P, double* L) const;
     bool spread(Run& run, double* part) const;
     bool send(const Run& run, const Spread& of, int k, double side, double other) const;

@@ -154,8 +154,8 @@ void Model::give_up(Run& run, int guard, int another) const {
     const int N = problem_->N;
     run.derivable = false;
     std::fill_n(work_->guards, 2 * N, 0.0);
-    if (guard >= 0) note_guard(work_->segment_S, work_->gradients + guard * N, 0);
-    if (another >= 0) note_guard(work_->segment_S, work_->gradients + another * N, 1);
+    if (guard >= 0) note_guard(work_->segment_S, work_->gradients + guard * N, work_->guards);
+    if (another >= 0) note_guard(work_->segment_S, work_->gradients + another * N, work_->guards + N);
 }
 
 // Its slope and its guard, and whether it has a derivative.

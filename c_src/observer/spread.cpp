@@ -50,13 +50,27 @@ void make_spread(int N, double* plane) {
 }
 
 // The gradient of a guard at the crossing, transformed to the beginning of this piece of the interval: Phi' g.
-void Model::note_guard(const double* S, const double* gradient, int place) const {
+void Model::note_guard(const double* S, const double* gradient, double* to) const {
     const Problem& p = *problem_;
-    double* to = work_->guards + place * p.N;
     for (int j = 0; j < p.N; ++j) {
         to[j] = j < p.moving ? 0 : gradient[j];
         for (int i = 0; i < p.moving; ++i) to[j] += gradient[i] * S[i * p.N + j];
     }
+}
+
+// The event run.present may have occurred earlier or later, or not yet.
+void Model::note_open(Run& run) const {
+    const Passage& e = run.present;
+    if (run.open_until_s == 0) note_guard(work_->segment_S, e.gradient, work_->open_guard);
+    run.open_until_s = std::max(run.open_until_s, e.elapsed + near_sigma * e.sigma_s);
+}
+
+// While an event may not have occurred, points start before it: those behind it have all had it.
+void Model::begin_again() const {
+    const int N = problem_->N;
+    std::copy_n(work_->beginning, layout().part_numbers, work_->segment);
+    std::copy_n(work_->open_guard, N, work_->guards);
+    std::fill_n(work_->guards + N, N, 0.0);
 }
 
 // Columns L of a root of P, N each, the first along the guards; returns their number. P becomes zero.
@@ -98,6 +112,7 @@ bool Model::spread(Run& run, double* part) const {
     const Layout& at = layout();
     const int N = p.N, count = spread_count(N);
     const double* start = work_->segment;
+    if (part[at.elapsed] < run.open_until_s && start[at.jumps] > work_->beginning[at.jumps]) begin_again();
     const double left_s = run.interval_s - start[at.elapsed];
     double *mean = work_->spread_mean, *L = work_->matrices, *P = L + N * N;
     run.s.x()[at.counts + Layout::grazing] += 1;

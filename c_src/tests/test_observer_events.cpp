@@ -206,6 +206,42 @@ TEST(ObserverEvents, TheCovarianceOfTwoGuardsCrossedTogetherIsThatOfTwentyThousa
     }
 }
 
+// Just above the floor: at the end of the interval it may not have bounced, and the height of the bounce is below 3 sigma.
+TEST(ObserverEvents, TheCovarianceOfABallThatHasPerhapsNotBouncedIsThatOfTwentyThousandSamples) {
+    struct Case {
+        double h, v, sigma_h, sigma_v, T;
+    };
+    for (const Case& c : {Case{0.0073, -0.408, 0.0035, 0.149, 0.02}, Case{0.0071, -0.28, 0.0031, 0.12, 0.02},
+                          Case{0.01, -0.408, 0.0045, 0.05, 0.03}}) {
+        Given given = ball({c.h, c.v}, {c.sigma_h, c.sigma_v}, 0);
+        given.sensor_sigma = {1e6};
+        Observer observer(given);
+        use(observer, c.T, 0);
+        Random random(7);
+        const int n = 20000;
+        Eigen::MatrixXd X(n, 2);
+        for (int k = 0; k < n; ++k) {
+            double h = std::fabs(c.h + random.normal(c.sigma_h)), v = c.v + random.normal(c.sigma_v), left = c.T;
+            for (int bounces = 0; bounces < 40; ++bounces) {
+                const double to_floor = (v + std::sqrt(v * v + 2 * gravity * h)) / gravity;
+                if (to_floor >= left) break;
+                v = -restitution * (v - gravity * to_floor);
+                h = 0;
+                left -= to_floor;
+            }
+            X.row(k) << h + v * left - 0.5 * gravity * left * left, v - gravity * left;
+        }
+        const Eigen::RowVector2d mean = X.colwise().mean();
+        const Eigen::MatrixXd centred = X.rowwise() - mean;
+        EXPECT_EQ(observer.info().parts, 2);
+        for (int i = 0; i < 2; ++i) {
+            const double sigma = centred.col(i).norm() / std::sqrt(n - 1.0);
+            EXPECT_NEAR(observer.sigma()[i] / sigma, 1, 0.03) << c.v << " " << i;
+            EXPECT_NEAR(observer.x()[i], mean[i], 0.05 * sigma) << c.v << " " << i;
+        }
+    }
+}
+
 TEST(ObserverEvents, AnEventThatChangesNothingIsSilent) {
     Given given = ball({0.5, 1.2}, {0.05, 0.3}), plain = given;
     given.plant.event = [](void*, double, const double*, const double*, const double*, double*) { return 0; };
