@@ -494,6 +494,7 @@ private:
     // If the whole interval fails, it is tried in shorter pieces; over the rest the model holds its estimate, if it can.
     // before: the state before, in other memory.
     bool flow_or_hold(State& state, const State& before, double interval_s, double longest_s) {
+        if constexpr (may_hold<Model>) model_.open_interval();
         const bool whole = flow_over(state, interval_s, longest_s);
         if constexpr (may_hold<Model>) {
             if (whole) return true;

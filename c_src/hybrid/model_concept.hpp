@@ -124,7 +124,7 @@ template <class M>
 using Stiff = decltype(object<const M>().may_be_stiff());
 template <class M>
 using Hold = decltype(object<const M>().hold(object<State<M>>(), 0.0),
-                      object<const M>().miss(object<State<M>>(), object<const Event<M>>()));
+                      object<const M>().miss(object<State<M>>(), object<const Event<M>>()), object<const M>().open_interval());
 template <class M>
 using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>

@@ -372,6 +372,17 @@ void Model::judge(State& s, const double* before) const {
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.violations] < violations_to_fall);
 }
 
+// After events that the covariance has not passed: not ready until new samples show that the estimate is right.
+void Model::earn_again(State& s) const {
+    const Layout& at = layout();
+    double* v = s.x();
+    v[at.ready] = 0;
+    for (int i = 0; i < problem_->sensors; ++i) {
+        double& samples = v[at.of_sensor(i, Layout::samples)];
+        samples = std::min(samples, 1.0);
+    }
+}
+
 // Adds the information that a correction brought. before: the variances before it. True: all that the limits need has been gathered.
 bool Model::gather_information(State& s, const double* before) const {
     const Problem& p = *problem_;

@@ -12,11 +12,18 @@ namespace {
 
 constexpr int most_matrices = 50; // per interval: further events are chattering
 constexpr int most_events = 5000; // more events are treated as an endless sequence
+// So many events of one source, each within this share of the interval after the one before: they would be more than most_events, or the
+// bounces of a body that comes to rest, which soon are too short for the numbers.
+constexpr int most_close = 3;
+constexpr double close_share = 1e-4;
 constexpr double shortest_s = 1e-12; // shortest interval for a solver
 
 } // namespace
 
+void Model::open_interval() const { work_->events_left = most_events; }
+
 bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
+    const double chattered = s.x()[layout().counts + Layout::chattering];
     open_joint(s);
     Parts made{*this, work_->branches, 0};
     for (int i = 0; i < parts_of(s); ++i) {
@@ -27,6 +34,7 @@ bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
     }
     mixture::collapse(made, max_parts);
     keep(s, made);
+    if (s.x()[layout().counts + Layout::chattering] > chattered) earn_again(s);
     return true;
 }
 
@@ -43,17 +51,39 @@ bool Model::cross_part(Run& run, double* part) const {
         if (stop == Stop::failed) return false;
         if (stop == Stop::missed) return spread(run, part);
         if (stop == Stop::end && to_event_s > left_s) break;
-        if (++events > most_events) {
-            *trouble_ = {true, Function::event, Answer::ok, begin_s + part[at.elapsed], ""};
-            return false;
-        }
         const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
-        if (!jump_part(run, part, cause, events)) return false;
+        const int source = cause == Cause::guard ? std::max(0, first_changed(part)) : -1, passed = run.passed;
+        if (!jump_part(run, part, cause, ++events)) return false;
         if (!run.derivable) return spread(run, part);
+        if (!may_go_on(run, part, source, cause == Cause::time || run.passed > passed)) return false;
+        if (events == most_matrices) expected(part, work_->chattered_from);
     }
     part[at.elapsed] = run.interval_s;
+    if (events > most_matrices) add_chatter(part);
     if (run.alone) return true;
     return split_near_guard(run, part) && (run.derivable || spread(run, part));
+}
+
+// counts: the event is none of an indicator that only returns.
+bool Model::may_go_on(Run& run, const double* part, int source, bool counts) const {
+    Succession& was = run.succession;
+    const double elapsed_s = part[layout().elapsed];
+    if (counts) {
+        const bool close = source == was.source && elapsed_s - was.last_s < close_share * run.interval_s;
+        was = {source, close ? was.length + 1 : 0, elapsed_s};
+    }
+    if (--work_->events_left >= 0 && was.length < most_close) return true;
+    *trouble_ = {true, Function::event, Answer::ok, run.s.x()[layout().t] + elapsed_s, ""};
+    if (run.alone) work_->events_left = 0; // nor do other points end
+    return false;
+}
+
+// P has not passed the events since: the way of the mean may be wrong by as much.
+void Model::add_chatter(double* part) const {
+    const int N = problem_->N;
+    double *X = work_->x, *variance = part + layout().P;
+    expected(part, X);
+    for (int i = 0; i < N; variance += N - i++) *variance += std::pow(X[i] - work_->chattered_from[i], 2);
 }
 
 // The plant has the state of the part; new inputs may have moved it through a guard.

@@ -36,6 +36,7 @@ void Model::hold(State& s, double by_s) const {
     v[at.holds] = 1;
     v[at.counts + Layout::holding] += 1;
     v[at.ready] = 0;
+    if (unpassed) earn_again(s);
 }
 
 // Largest rate of each estimated number: of the plant, or the last one before it failed.

@@ -19,7 +19,7 @@ PassageMemory::PassageMemory(Arena& arena, const Problem& p, const Layout& layou
 
 Workspace::Workspace(Arena& arena, const Problem& p, bool smooths)
     : layout(p, smooths), linearisation(arena, p), passages{{arena, p, layout}, {arena, p, layout}} {
-    for (double** row : {&x, &slope_here, &spread_mean, &distances, &open_guard}) *row = arena.doubles(p.N);
+    for (double** row : {&x, &slope_here, &spread_mean, &distances, &open_guard, &chattered_from}) *row = arena.doubles(p.N);
     for (double** rows : {&guards, &probe, &joint_row}) *rows = arena.doubles(2 * p.N);
     gain = arena.doubles(3 * p.N);
     for (double** moving_rows : {&A, &segment_S}) *moving_rows = arena.doubles(p.moving * p.N);

@@ -74,6 +74,8 @@ public:
     // and the mean.
     double *beginning, *segment, *segment_S, *point, *plane, *guards, *open_guard, *spread_mean;
     double* first_memory; // discrete state at the start
+    double* chattered_from; // N: where the covariance stopped to pass events
+    int events_left = 0; // of the interval, for all parts and points together, however often it is tried
     // Five matrices N x N; a state for the creation of the stiff solver.
     double *matrices, *stiff_start;
     // Joint moments of the mean of points, M of joint.cpp (N x N), joint moments of a merger; twice N; N: a point along the columns of a root.
@@ -118,6 +120,7 @@ public:
 
     void begin(State& s) const;
     bool flows(const State& s) const { return s.x()[layout().begun] != 0; }
+    void open_interval() const;
     bool plausible(const State& s) const;
     void normalise(State&) const {}
     void before_flow(State&, const Event&) const {} // what begins with an interval begins where the state is first changed
@@ -196,6 +199,11 @@ private:
         double* first;
         int used;
     };
+    // Events of one source, a guard or time, that follow each other too closely to end.
+    struct Succession {
+        int source = -2, length = 0;
+        double last_s = 0;
+    };
     // A part or a point during an interval, and its events.
     struct Run {
         Run(State& state, double length_s, const Workspace& work, Propagator* by = nullptr, Parts* parts = nullptr)
@@ -212,6 +220,7 @@ private:
         double stiff_step_s = 0; // step of the implicit solver that reached a guard
         bool derivable = true; // the event has a derivative
         int passed = 0; // events with an effect
+        Succession succession;
         double open_until_s = 0; // since the beginning: until then some event may not have occurred
         Passage newest, present;
     };
@@ -297,6 +306,7 @@ private:
     void inflate(double* part, double since_s) const;
     double largest_variance(const double* P, const double* L, double* vector, double* next) const;
     void judge(State& s, const double* before) const;
+    void earn_again(State& s) const;
     bool gather_information(State& s, const double* before) const;
     bool is_below_limits(const State& s) const;
 
@@ -326,6 +336,8 @@ private:
     bool move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const;
     bool move(const Run& run, const double* part, double* x, double by_s) const;
     bool jump_part(Run& run, double* part, Cause cause, int count) const;
+    bool may_go_on(Run& run, const double* part, int source, bool counts) const;
+    void add_chatter(double* part) const;
 
     // saltation.cpp
     bool slope(const State& s, double t_s, const double* X, double* dX) const;

@@ -128,6 +128,7 @@ bool Model::spread(Run& run, double* part) const {
             for (const double other : {1.0, -1.0}) {
                 if (others == 0 && other < 0) break;
                 if (send(run, of, k, side, other)) gather(groups);
+                else if (work_->events_left <= 0) return false;
             }
     if (groups.used == 0 || !close_groups(run, groups, 0.5 * left_s, 2 * N * of.weight)) return false;
     run.made->used += groups.used - 1;

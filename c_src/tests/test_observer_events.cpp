@@ -669,6 +669,44 @@ TEST(ObserverEvents, ABallThatComesToRestIsFollowed) {
     }
 }
 
+// Its bounces have no end, and no model of rest follows them.
+TEST(ObserverEvents, ABallThatIsNotModelledAtRestIsNeverReadyThere) {
+    for (const double interval_s : {0.1, 0.05}) {
+        int beyond = 0, rows = 0;
+        for (unsigned seed = 0; seed < 10; ++seed) {
+            Observer observer(ball());
+            Random random(seed);
+            double h = 1, v = 0;
+            std::uint64_t before = 0, most = 0;
+            for (int k = 0; k * interval_s < 4; ++k) {
+                use(observer, k * interval_s, h + random.normal(0.02));
+                const hnav_observer_info info = observer.info();
+                most = std::max(most, info.flow_evaluations - before);
+                before = info.flow_evaluations;
+                const Numbers x = observer.x(), sigma = observer.sigma();
+                const bool is_beyond = std::fabs(x[0] - h) > 5 * sigma[0] || std::fabs(x[1] - v) > 5 * sigma[1];
+                EXPECT_FALSE(is_beyond && info.ready) << k * interval_s;
+                if (v == 0 && k > 0) EXPECT_FALSE(info.ready) << k * interval_s;
+                beyond += is_beyond;
+                rows += 1;
+                double left = interval_s;
+                for (int bounces = 0; bounces < 300; ++bounces) {
+                    const double to_floor = (v + std::sqrt(v * v + 2 * gravity * h)) / gravity;
+                    if (to_floor >= left) break;
+                    v = to_floor < 1e-9 ? 0 : -restitution * (v - gravity * to_floor);
+                    h = 0;
+                    left = v == 0 ? 0 : left - to_floor;
+                }
+                h += v * left - 0.5 * gravity * left * left;
+                v -= gravity * left;
+            }
+            EXPECT_GT(observer.info().held, 0u);
+            EXPECT_LT(most, 50000u); // of an interval
+        }
+        EXPECT_LT(beyond, rows / 20);
+    }
+}
+
 TEST(ObserverEvents, AnEventThatFailsIsHeldBefore) {
     Heater broken;
     Given given = ball();
