@@ -297,14 +297,15 @@ Model::Stop Model::look_at_turn(const Run& run, const double* part, double from_
             return *low_s < at_s ? Stop::guard : Stop::end;
         }
         bool narrow = false;
-        if (!run.alone && !turns_near(run, part, i, &narrow)) return Stop::failed;
+        const double drift = (std::fabs(rise) + std::fabs(bend)) / quarter_s;
+        if (!run.alone && !turns_near(run, part, i, drift, &narrow)) return Stop::failed;
         if (narrow) return Stop::missed;
     }
     return Stop::end;
 }
 
-// Whether P extends to both sides of the guard at work_->inside, where the indicator turns back.
-bool Model::turns_near(const Run& run, const double* part, int guard, bool* near) const {
+// Whether P extends to both sides of the guard at work_->inside, where the indicator turns back. drift: its rate just before.
+bool Model::turns_near(const Run& run, const double* part, int guard, double drift, bool* near) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     const double *x = work_->inside, *g = work_->gradients + guard * p.N;
@@ -315,7 +316,8 @@ bool Model::turns_near(const Run& run, const double* part, int guard, bool* near
     if (!slope(run.s, t_s, X, dX) || !gradients(run.s, t_s, X, dX)) return false;
     covariance(run.s, x, part + at.P, work_->P);
     const double variance = variance_along(g, work_->P, p.N);
-    *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance;
+    work_->rates[guard] = work_->z[guard] > 0 ? -drift : drift;
+    *near = work_->z[guard] * work_->z[guard] < hardly_sigma * hardly_sigma * variance && !is_led_by_noise(guard, variance);
     if (!*near) return true;
     note_guard(x + at.S, g, work_->guards);
     std::fill_n(work_->guards + p.N, p.N, 0.0);

@@ -6,6 +6,9 @@
 //     jumped    weight Phi(-a)    J(m) - Xi k l'        Xi (P - k k' l' (l' - a)) Xi'    l' = phi(a) / Phi(-a)
 //
 // The next samples weight the parts; parts with equal numbers of events merge. docs/filter_observer.md derives it.
+//
+// A guard that noise leads over rather than drift, |z'| sd < g'Q g with the drift towards it, is an absorbing wall: what has not crossed has
+// the density of absorption.hpp, and crossed is a share that does not depend on the length of intervals.
 #include "estimation/mixture.hpp"
 #include "estimation/truncation.hpp"
 #include "observer/observer_model.hpp"
@@ -17,8 +20,30 @@
 namespace hnav::observer {
 namespace {
 
+constexpr double smallest_split = 1e-3; // share led over a guard by noise before it becomes a part
+
+// What is left of a part on one side of a guard: its weight; the mean moves by shift k, the covariance loses loss k k'.
+struct Cut {
+    double weight, shift, loss;
+};
+struct Cuts {
+    Cut not_yet, has_been;
+};
+
 double density(double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); }
 double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
+
+Cuts cuts_at(double a) {
+    const double not_yet = below(a), has_been = below(-a), l = density(a) / not_yet, l_jumped = density(a) / has_been;
+    return {{not_yet, l, l * (l + a)}, {has_been, -l_jumped, l_jumped * (l_jumped - a)}};
+}
+
+// a, and the variance of what has crossed in the units of a. Mean and mean square of both together are those of the part.
+Cuts cuts_by_noise(double a, double share, double variance) {
+    const double left = 1 - share, mean = a / left;
+    const double variance_left = std::max(0.1, (1 + a * a - share * variance) / left - mean * mean);
+    return {{left, mean - a, 1 - variance_left}, {share, -a, 1 - variance}};
+}
 
 } // namespace
 
@@ -52,7 +77,7 @@ bool Model::spread_stiffly(Run& run, const double* part, bool uncertain) const {
         expected(part, e.X);
         unpack_upper(part + layout().P, p.N, 1, e.P);
         if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
-        if (next_guard(part, e.P) < 0) return true;
+        if (next_guard(part, e.P, true) < 0) return true;
     }
     std::copy_n(work_->beginning, work_->layout.part_numbers, work_->segment);
     give_up(run, -1, -1);
@@ -105,8 +130,8 @@ bool Model::split_at_next(Run& run, double* part) const {
     expected(part, e.X);
     unpack_upper(part + at.P, p.N, 1, e.P);
     if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
-    const int guard = next_guard(part, e.P);
-    if (guard < 0) return true;
+    const int guard = next_guard(part, e.P, false);
+    if (guard < 0) return split_by_noise(run, part);
     const double distance = std::fabs(work_->z[guard]);
     if (slope_leads_away(distance / std::fabs(work_->rates[guard]))) return spread_stiffly(run, part, true);
     const bool falls = work_->z[guard] > 0;
@@ -142,8 +167,8 @@ bool Model::reach(Run& run, const double* part, int guard, double* after_s) cons
     return true;
 }
 
-// The first indicator among those that approach and are within four sigma; -1: none.
-int Model::next_guard(const double* part, const double* P) const {
+// The first indicator among those that approach and are within four sigma; -1: none. with_noise: also those that noise leads over.
+int Model::next_guard(const double* part, const double* P, bool with_noise) const {
     const Problem& p = *problem_;
     int first = -1;
     double soonest_s = HUGE_VAL;
@@ -152,23 +177,125 @@ int Model::next_guard(const double* part, const double* P) const {
         if (!(rate * z < 0) || (z > 0) != (part[layout().sides + i] > 0)) continue;
         const double variance = variance_along(g, P, p.N);
         if (!(z * z < near_sigma * near_sigma * variance) || !(-z / rate < soonest_s)) continue;
+        if (!with_noise && is_led_by_noise(i, variance)) continue;
         soonest_s = -z / rate;
         first = i;
     }
     return first;
 }
 
+// ------------------------------------------------------------------------------------------------ crossings by noise
+
+// With the gradient and the rate of its indicator: noise that acts on it leads over the guard before drift does.
+bool Model::is_led_by_noise(int guard, double variance) const {
+    const Problem& p = *problem_;
+    const double *g = work_->gradients + guard * p.N, z = work_->z[guard], rate = work_->rates[guard];
+    double noise = 0;
+    for (int i = 0; i < p.N; ++i) noise += g[i] * g[i] * p.noise[i];
+    return noise > 0 && (rate * z > 0 || std::fabs(rate) * std::sqrt(variance) < noise);
+}
+
+// The guard over which noise has most likely led in the newest interval, of this length; -1: none.
+int Model::guard_of_noise(double* part, const double* P, double since_s, Absorption* crossed) const {
+    const Problem& p = *problem_;
+    constexpr double reach_sigma = 6;
+    int most = -1;
+    *crossed = {0, 0};
+    for (int i = 0; i < p.sizes.indicators; ++i) {
+        const double *g = work_->gradients + i * p.N, z = work_->z[i], variance = variance_along(g, P, p.N);
+        if ((z > 0) != (part[layout().sides + i] > 0) || !(z * z < reach_sigma * reach_sigma * variance)) continue;
+        if (!is_led_by_noise(i, variance)) continue;
+        double added = 0;
+        for (int j = 0; j < p.N; ++j) added += since_s * g[j] * g[j] * p.noise[j];
+        added = std::min(added, (1 - 1e-6) * variance);
+        const Absorption by = absorb(std::fabs(z), variance - added, added);
+        if (!(by.ended > crossed->ended)) continue;
+        most = i;
+        *crossed = by;
+    }
+    return most;
+}
+
+// At run.present, with its slope and its guards. Shares of many intervals become one part.
+bool Model::split_by_noise(Run& run, double* part) const {
+    const Problem& p = *problem_;
+    const Layout& at = layout();
+    Passage& e = run.present;
+    const double from_s = std::max(work_->beginning[at.elapsed], run.passed > 0 ? run.newest.elapsed : 0);
+    const double since_s = run.interval_s - from_s;
+    Absorption crossed;
+    const int guard = guard_of_noise(part, e.P, since_s, &crossed);
+    if (guard < 0) return true;
+    double& pending = part[at.pending];
+    pending += (1 - pending) * crossed.ended;
+    if (pending < smallest_split) return true;
+    crossed.ended = std::min(pending, 1 - smallest_split);
+    pending = 0;
+    const double distance = std::fabs(work_->z[guard]);
+    if (!have_event_on_guard(run, part, guard)) return false;
+    if (e.silent) return true;
+    double *jumped = (*run.made)[run.made->used], *J = work_->slope_here;
+    const int parts = run.made->used;
+    std::copy_n(part, at.part_numbers, jumped);
+    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
+    jumped[at.next_event] = e.next_after;
+    jumped[at.jumps] += 1;
+    // On the guard at a time evenly within the interval. X of the mean would be beyond it by the distance.
+    expected(part, e.X);
+    const double sd = std::sqrt(variance_along(e.gradient, e.P, p.N));
+    times_rows(e.P, p.N, p.N, e.gradient, work_->x);
+    for (int i = 0; i < p.N; ++i) {
+        J[i] = e.after[i] + 0.5 * since_s * (e.slope_after[i] - e.slope[i]);
+        for (int j = 0; j < p.N; ++j) J[i] += e.Xi[i * p.N + j] * work_->x[j] * distance / (sd * sd);
+    }
+    if (!split(run, part, jumped, e, distance, J, &crossed)) return false;
+    if (run.made->used > parts) add_delay(e, since_s, jumped);
+    return true;
+}
+
+// The mean moves along P minimally beyond the guard, where the event does not depend on the time of its coming.
+bool Model::have_event_on_guard(Run& run, double* part, int guard) const {
+    const Problem& p = *problem_;
+    Passage& e = run.present;
+    const double now_s = run.s.x()[layout().t] + run.interval_s, sign = work_->z[guard] > 0 ? 1 : -1;
+    double beyond = 0;
+    for (int i = 0; i < p.N; ++i) {
+        e.gradient[i] = sign * work_->gradients[guard * p.N + i];
+        beyond = std::max(beyond, std::fabs(e.gradient[i]) * probe_step * std::max(std::fabs(e.X[i]), p.scale[i]));
+    }
+    times_rows(e.P, p.N, p.N, e.gradient, work_->x);
+    const double by = (std::fabs(work_->z[guard]) + 2 * beyond) / variance_along(e.gradient, e.P, p.N);
+    for (int i = 0; i < p.N; ++i) e.X[i] -= by * work_->x[i];
+    if (!pass(run, part, now_s, Cause::time, -1, true)) return false;
+    plant_->recall(e.memory);
+    if (!slope(run.s, now_s, e.X, e.slope)) return false;
+    for (int i = 0; i < p.N; ++i)
+        if (std::fabs(e.slope_after[i] - e.slope[i]) * run.s.x()[layout().usual] > 1e-4 * p.scale[i]) e.silent = false;
+    return true;
+}
+
+// The event was within the interval: its effect on the slopes has lasted for any time up to the whole of it.
+void Model::add_delay(const Passage& e, double since_s, double* part) const {
+    const int N = problem_->N;
+    double* P = part + layout().P;
+    for (int i = 0; i < N; ++i)
+        for (int j = i; j < N; ++j)
+            *P++ += since_s * since_s / 12 * (e.slope_after[i] - e.slope[i]) * (e.slope_after[j] - e.slope[j]);
+}
+
 // waiting and jumped become one part beside a new one, with the weight of both; e: X and P before the reset, the gradient rising on
 // the near side. J: X after the event, propagated to now.
-bool Model::split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const {
+bool Model::split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J,
+                  const Absorption* by_noise) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     double *k = work_->gain, *cut = work_->P, sd = 0;
     times_rows(e.P, p.N, p.N, e.gradient, k);
     for (int i = 0; i < p.N; ++i) sd += k[i] * e.gradient[i];
     sd = std::sqrt(sd);
-    const double a = distance / sd, not_yet = below(a), has_been = below(-a);
-    if (!(not_yet > smallest_weight && has_been > smallest_weight)) return true;
+    const double a = distance / sd;
+    const auto [not_yet, has_been] = by_noise ? cuts_by_noise(a, by_noise->ended, by_noise->variance / (sd * sd)) : cuts_at(a);
+    if (!(not_yet.weight > smallest_weight && has_been.weight > smallest_weight)) return true;
     for (int i = 0; i < p.N; ++i) k[i] /= sd;
     const auto cut_by = [&](double share) {
         for (int i = 0; i < p.N; ++i)
@@ -178,26 +305,24 @@ bool Model::split(const Run& run, double* waiting, double* jumped, const Passage
     run.s.x()[at.counts + Layout::splits] += 1;
     double* X = work_->x;
 
-    const double l_jumped = density(a) / has_been;
-    cut_by(l_jumped * (l_jumped - a));
-    cut_joint(e, k, sd, -l_jumped, l_jumped * (l_jumped - a), jumped);
+    cut_by(has_been.loss);
+    cut_joint(e, k, sd, has_been.shift, has_been.loss, jumped);
     carry(e, cut, jumped);
     for (int i = 0; i < p.N; ++i) {
         X[i] = J[i];
-        for (int j = 0; j < p.N; ++j) X[i] -= l_jumped * e.Xi[i * p.N + j] * k[j];
+        for (int j = 0; j < p.N; ++j) X[i] += has_been.shift * e.Xi[i * p.N + j] * k[j];
     }
     put(X, jumped);
-    jumped[at.weight] *= has_been;
+    jumped[at.weight] *= has_been.weight;
     const double now_s = run.s.x()[at.t] + run.interval_s;
     plant_->recall(jumped + at.memory);
     if (!take_sides(run.s, jumped, now_s, X)) return false;
 
-    const double l = density(a) / not_yet;
-    cut_by(l * (l + a));
-    cut_joint(e, k, sd, l, l * (l + a), waiting);
+    cut_by(not_yet.loss);
+    cut_joint(e, k, sd, not_yet.shift, not_yet.loss, waiting);
     pack_upper(cut, p.N, waiting + at.P);
-    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] + l * k[i];
-    waiting[at.weight] *= not_yet;
+    for (int i = 0; i < p.N; ++i) X[i] = e.X[i] + not_yet.shift * k[i];
+    waiting[at.weight] *= not_yet.weight;
     plant_->recall(waiting + at.memory);
     if (put_inside(run.s, waiting, now_s, X, cut) == Inside::failed) return false;
     put(X, waiting);
@@ -259,11 +384,13 @@ void Model::merge(double* part, const double* other) const {
     std::copy_n(part + at.P, triangle, P);
     merge_joint(part, other, share, X, with);
     mixture::merge(problem_->N, share, X, P, with, other + at.P);
+    const double pending = part[at.pending] + share * (other[at.pending] - part[at.pending]);
     double* beyond = work_->cut;
     for (int i = 0; i < problem_->N; ++i) beyond[i] = part[at.beyond + i] + share * (other[at.beyond + i] - part[at.beyond + i]);
     if (share > 0.5) std::copy_n(other, at.part_numbers, part);
     std::copy_n(beyond, problem_->N, part + at.beyond);
     part[at.weight] = sum;
+    part[at.pending] = pending;
     put(X, part);
     std::copy_n(P, triangle, part + at.P);
     std::copy_n(work_->joint_merged, at.joint_numbers, part + at.joint);
@@ -288,8 +415,13 @@ double Model::apart(const double* part, const double* other) const {
 bool Model::alike(const double* part, const double* other) const {
     const Layout& at = layout();
     if (part[at.jumps] == other[at.jumps]) return true;
-    return std::memcmp(part + at.memory, other + at.memory, problem_->sizes.memory * sizeof(double)) == 0 &&
-           std::equal(part + at.sides, part + at.memory, other + at.sides) && apart(part, other) < 1;
+    return equal_discrete(part, other) && std::equal(part + at.sides, part + at.memory, other + at.sides) &&
+           apart(part, other) < 1;
+}
+
+bool Model::equal_discrete(const double* part, const double* other) const {
+    const int memory = layout().memory;
+    return std::memcmp(part + memory, other + memory, problem_->sizes.memory * sizeof(double)) == 0;
 }
 
 void Model::Parts::drop(int i) {

@@ -9,6 +9,7 @@
 // (saltation.cpp), and the estimate splits into parts if an event may or may not have occurred (hypotheses.cpp).
 #pragma once
 
+#include "estimation/absorption.hpp"
 #include "hnav/options/observer.h"
 #include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
@@ -332,7 +333,7 @@ private:
     bool polish(const Run& run, const double* part, double from_s, double low_s, double high_s) const;
     Stop look_at_turn(const Run& run, const double* part, double from_s, double to_s, int quarter, double* low_s,
                       double* high_s) const;
-    bool turns_near(const Run& run, const double* part, int guard, bool* near) const;
+    bool turns_near(const Run& run, const double* part, int guard, double drift, bool* near) const;
     bool move_to_zero(const Run& run, const double* part, int guard, double way_s, double near_s) const;
     bool move(const Run& run, const double* part, double* x, double by_s) const;
     bool jump_part(Run& run, double* part, Cause cause, int count) const;
@@ -367,6 +368,7 @@ private:
     };
     // A guard that is not crossed for sure at this distance in sigma.
     static constexpr double near_sigma = 4;
+    static constexpr double probe_step = 6e-6; // of saltation.cpp, as in linearisation.cpp
     void note_guard(const double* S, const double* gradient, double* to) const;
     void note_open(Run& run) const;
     void begin_again() const;
@@ -383,14 +385,21 @@ private:
     bool split_at_newest(Run& run, double* part) const;
     bool split_at_next(Run& run, double* part) const;
     bool split_after_jump(Run& run, double* part, double to_s, double distance) const;
+    bool is_led_by_noise(int guard, double variance) const;
+    int guard_of_noise(double* part, const double* P, double since_s, Absorption* crossed) const;
+    bool split_by_noise(Run& run, double* part) const;
+    bool have_event_on_guard(Run& run, double* part, int guard) const;
+    void add_delay(const Passage& e, double since_s, double* part) const;
     bool reach(Run& run, const double* part, int guard, double* after_s) const;
-    int next_guard(const double* part, const double* P) const;
-    bool split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J) const;
+    int next_guard(const double* part, const double* P, bool with_noise) const;
+    bool split(const Run& run, double* waiting, double* jumped, const Passage& e, double distance, const double* J,
+               const Absorption* by_noise = nullptr) const;
     Inside put_inside(const State& s, double* part, double t_s, double* X, const double* P) const;
     void keep(State& s, Parts& parts) const;
     void merge(double* part, const double* other) const;
     double apart(const double* part, const double* other) const;
     bool alike(const double* part, const double* other) const;
+    bool equal_discrete(const double* part, const double* other) const;
     void fused(const State& s, double* X, double* P) const;
 
     Plant* plant_ = nullptr;

@@ -69,7 +69,7 @@ struct Layout {
         parameters = take(p.sizes.parameters);
         P = take(triangle(p.N));
         beyond = take(p.N);
-        for (int* one : {&weight, &elapsed, &jumps, &next_event}) *one = take(1);
+        for (int* one : {&weight, &elapsed, &jumps, &next_event, &pending}) *one = take(1);
         sides = take(p.sizes.indicators);
         memory = take(p.sizes.memory);
         joint_numbers = smooths ? p.N + triangle(p.N) + p.N * p.N : 0;
@@ -102,9 +102,9 @@ struct Layout {
     // Of a plant with bounds: difference of the mean of the untruncated Gaussian from x, d and the parameters, which are that of the
     // truncated one. P is not truncated: a bound that truncates again at every sample would be counted more than once.
     int beyond;
-    // Weight; events of the plant with an effect; time of the next time event; 1 where an indicator is above 0; discrete
-    // state of the plant.
-    int weight, elapsed, jumps, next_event, sides, memory;
+    // Weight; events of the plant with an effect; time of the next time event; share that noise has led over a guard and that is no
+    // part of its own yet; 1 where an indicator is above 0; discrete state of the plant.
+    int weight, elapsed, jumps, next_event, pending, sides, memory;
     // For a smoother, otherwise empty: the joint moments with X at the instant before, see joint.cpp.
     int joint, joint_numbers;
     int part_numbers;

@@ -13,7 +13,6 @@
 namespace hnav::observer {
 namespace {
 
-constexpr double probe_step = 6e-6; // as in linearisation.cpp
 constexpr double rate_step = 1e-5; // of an interval
 constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets must stay correctable
 constexpr double grazing_1_s = 1e-3;

@@ -173,15 +173,20 @@ void Model::gather(Parts& groups) const {
     std::copy_n(point, at.part_numbers, groups[groups.used++]);
 }
 
-// Noise of the groups; a group of too few points for a covariance joins the next one.
+// Noise of the groups. A group of too few points for a covariance joins the next one; if the plant's discrete states differ, it would lose
+// its own there, and takes the covariance of the next one instead.
 bool Model::close_groups(const Run& run, Parts& groups, double noise_s, double smallest) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
+    const auto next = [](int i) { return i == 0 ? 1 : i - 1; };
     for (int i = 0; i < groups.used && groups.used > 1; ++i) {
-        if (groups.weight(i) >= smallest) continue;
-        groups.merge(i == 0 ? 1 : i - 1, i);
+        const bool joins = run.went_stiffly || equal_discrete(groups[i], groups[next(i)]);
+        if (groups.weight(i) >= smallest || !joins) continue;
+        groups.merge(next(i), i);
         i = -1;
     }
+    for (int i = 0; i < groups.used && groups.used > 1; ++i)
+        if (groups.weight(i) < smallest) std::copy_n(groups[next(i)] + at.P, Layout::triangle(p.N), groups[i] + at.P);
     const double now_s = run.s.x()[at.t] + run.interval_s;
     for (int i = 0; i < groups.used; ++i) {
         double *to = groups[i], *P = work_->matrices, *X = work_->x;

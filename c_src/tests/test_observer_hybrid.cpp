@@ -173,6 +173,7 @@ TEST(ObserverHybrid, EveryNumberOfAStateHasAPlaceOfItsOwn) {
             {at.elapsed, 1},
             {at.jumps, 1},
             {at.next_event, 1},
+            {at.pending, 1},
             {at.sides, 3},
             {at.memory, 4},
             {at.joint, at.joint_numbers},
