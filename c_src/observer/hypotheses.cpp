@@ -52,12 +52,13 @@ Cuts cuts_by_noise(double a, double share, double variance) {
 // At the end of an interval, with the plant in the state of the part.
 bool Model::split_near_guard(Run& run, double* part) const {
     if (problem_->sizes.indicators == 0) return true;
-    const bool uncertain = run.interval_s < run.open_until_s;
-    if (uncertain && run.passed > 1) {
+    if (run.passed > 1 && run.interval_s < run.open_until_s) {
         give_up(run, -1, -1); // more than two cases: points
         return true;
     }
-    if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - run.newest.elapsed)))
+    const Passage& e = run.newest;
+    const bool uncertain = e.is_newest && run.passed == 1 && run.interval_s - e.elapsed < near_sigma * e.sigma_s;
+    if (run.went_stiffly || (uncertain && slope_leads_away(run.interval_s - e.elapsed)))
         return spread_stiffly(run, part, uncertain);
     return uncertain ? split_at_newest(run, part) : split_at_next(run, part);
 }

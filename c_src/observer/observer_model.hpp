@@ -366,7 +366,7 @@ private:
         int columns;
         double weight; // of a point
     };
-    // A guard that is not crossed for sure at this distance in sigma.
+    // One that is not crossed for sure at this distance.
     static constexpr double near_sigma = 4;
     static constexpr double probe_step = 6e-6; // of saltation.cpp, as in linearisation.cpp
     void note_guard(const double* S, const double* gradient, double* to) const;

@@ -62,7 +62,7 @@ void Model::note_guard(const double* S, const double* gradient, double* to) cons
 void Model::note_open(Run& run) const {
     const Passage& e = run.present;
     if (run.open_until_s == 0) note_guard(work_->segment_S, e.gradient, work_->open_guard);
-    run.open_until_s = std::max(run.open_until_s, e.elapsed + near_sigma * e.sigma_s);
+    run.open_until_s = std::max(run.open_until_s, e.elapsed + hardly_sigma * e.sigma_s);
 }
 
 // While an event may not have occurred, points start before it: those behind it have all had it.
