@@ -494,12 +494,13 @@ private:
     // If the whole interval fails, it is tried in shorter pieces; over the rest the model holds its estimate, if it can.
     // before: the state before, in other memory.
     bool flow_or_hold(State& state, const State& before, double interval_s, double longest_s) {
+        [[maybe_unused]] const std::uint64_t steps = propagator_.steps();
         if constexpr (may_hold<Model>) model_.open_interval();
         const bool whole = flow_over(state, interval_s, longest_s);
         if constexpr (may_hold<Model>) {
             if (whole) return true;
             copy(*spare_, before);
-            const double left_s = interval_s - flow_in_pieces(state, interval_s, longest_s);
+            const double left_s = interval_s - flow_in_pieces(state, interval_s, longest_s, steps);
             copy(state, *spare_);
             model_.hold(state, left_s);
             return sound(state);
@@ -514,10 +515,12 @@ private:
         copy(*spare_, state);
         return true;
     }
-    double flow_in_pieces(State& state, double interval_s, double longest_s) {
+    // steps: of the solver before the interval; all tries together have no more than one may have.
+    double flow_in_pieces(State& state, double interval_s, double longest_s, std::uint64_t steps) {
         constexpr int most_pieces = 24; // a plant that fails late costs at most so many intervals
+        const auto most = static_cast<std::uint64_t>(settings_.propagator.max_steps);
         double done_s = 0, piece_s = 0.5 * interval_s;
-        for (int k = 0; k < most_pieces && done_s < interval_s; ++k) {
+        for (int k = 0; k < most_pieces && done_s < interval_s && propagator_.steps() - steps < most; ++k) {
             const double length_s = std::min(piece_s, interval_s - done_s);
             if (flow_over_piece(state, length_s, longest_s)) done_s += length_s;
             else piece_s *= 0.25;
@@ -711,14 +714,13 @@ private:
         settings_.propagator.bounds_rate = Model::bounds_rate;
         if constexpr (reads_in_part<Model>) settings_.propagator.read = Model::read;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
-        if constexpr (may_stiffen<Model>) {
-            settings_.propagator.may_be_stiff = model_.may_be_stiff();
-            if (model_.may_be_stiff())
-                settings_.propagator.max_steps = std::min(Model::max_explicit_steps, settings_.propagator.max_steps);
-        }
+        if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = model_.may_be_stiff();
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
+        Propagator::Settings settings = settings_.propagator;
+        if constexpr (may_stiffen<Model>)
+            if (model_.may_be_stiff()) settings.max_steps = std::min(Model::max_explicit_steps, settings.max_steps);
         const Context context{&model_, &queue_.after(0)};
-        const bool made = propagator_.create(nx(), flow, settings_.propagator, &context, x_of(*context.held));
+        const bool made = propagator_.create(nx(), flow, settings, &context, x_of(*context.held));
         settings_.propagator.atol = nullptr;
         return made;
     }

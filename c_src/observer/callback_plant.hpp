@@ -36,7 +36,9 @@ public:
         std::copy_n(at.x, sizes.states, x);
         const Answer answer = ask(given_.event, at, x);
         *next_s = given_.next_event_s ? given_.next_event_s(given_.context, at.t_s) : HUGE_VAL;
-        return answer;
+        if (answer != Answer::ok || *next_s > at.t_s) return answer;
+        std::snprintf(said_, sizeof said_, "next_event_s answers %.9g s, it must be later, or infinite", *next_s);
+        return Answer::broken;
     }
 
     Answer remember(double* memory) override {
@@ -48,6 +50,8 @@ public:
         if (sizes.memory > 0) given_.set_discrete(given_.context, memory);
         return Answer::ok;
     }
+
+    const char* said() const override { return said_; }
 
     double first_event_s() override { return given_.next_event_s ? given_.next_event_s(given_.context, -HUGE_VAL) : HUGE_VAL; }
 
@@ -65,7 +69,8 @@ private:
         return function == Function::derivatives ? given_.derivatives_jacobian : given_.outputs_jacobian;
     }
 
-    Answer ask(hnav_plant_function function, const Point& at, double* values) const {
+    Answer ask(hnav_plant_function function, const Point& at, double* values) {
+        *said_ = 0;
         return answer_of(function(given_.context, at.t_s, at.x, at.u, at.p, values));
     }
 
@@ -74,6 +79,7 @@ private:
     static constexpr int most_points = 129; // limits the memory of large plants
 
     hnav_plant given_;
+    char said_[100] = "";
 };
 
 } // namespace hnav::observer

@@ -851,6 +851,26 @@ TEST(ObserverEvents, AnEventThatFailsIsHeldBefore) {
     for (int i = 0; i < 2; ++i) EXPECT_LT(std::fabs(observer.x()[i] - undisturbed.x()[i]), 3 * observer.sigma()[i]) << i;
 }
 
+TEST(ObserverEvents, ATimeEventThatIsNotLaterIsRefusedAtOnce) {
+    for (const double answer : {-1.0, 0.0, std::nan("")}) {
+        static double next;
+        next = answer;
+        Given given = ball();
+        given.plant.n_indicators = 0;
+        given.plant.event = [](void*, double, const double*, const double*, const double*, double*) { return 0; };
+        given.plant.next_event_s = [](void*, double t_s) { return std::isinf(t_s) ? 0.02 : next; };
+        Observer observer(given);
+        for (int k = 0; k < 4; ++k) {
+            ASSERT_EQ(hnav_observer_push(observer, 0, 0.05 * k, 1), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, 0.05 * k), HNAV_OK);
+        }
+        EXPECT_NE(observer.message().find("next_event_s answers"), std::string::npos) << observer.message();
+        EXPECT_EQ(observer.info().held, 3u);
+        EXPECT_EQ(observer.info().ready, 0);
+        EXPECT_LT(observer.info().flow_evaluations, 1000u);
+    }
+}
+
 TEST(ObserverEvents, SaysWhatIsMissing) {
     const auto refused = [](const char* word, void (*spoil)(Given&)) {
         Heater heater;

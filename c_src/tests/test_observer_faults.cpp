@@ -216,6 +216,31 @@ TEST(ObserverFaults, AClockThatIsSetBackBeginsANewTimeBase) {
     });
 }
 
+// Each try of an interval would take all the steps that one may have.
+TEST(ObserverFaults, ADerivativeWithoutBoundCostsTheStepsOfOneInterval) {
+    for (const double size : {1e150, 1e300}) {
+        static double accel;
+        accel = size;
+        Given given = plant(false).given;
+        given.plant.derivatives = [](void*, double t_s, const double* x, const double*, const double*, double* dx) {
+            dx[0] = x[1];
+            dx[1] = t_s > 1 ? accel : -x[0];
+            return 0;
+        };
+        Observer observer(given);
+        for (int k = 0; k <= 10; ++k) {
+            ASSERT_EQ(hnav_observer_push(observer, 0, 0.1 * k, 0), HNAV_OK);
+            ASSERT_EQ(hnav_filter_advance(observer, 0.1 * k), HNAV_OK);
+        }
+        const std::uint64_t before = observer.info().steps;
+        ASSERT_EQ(hnav_observer_push(observer, 0, 1.1, 0), HNAV_OK);
+        hnav_filter_advance(observer, 1.1);
+        EXPECT_LT(observer.info().steps - before, 2u * given.options.max_steps);
+        EXPECT_EQ(observer.info().ready, 0);
+        EXPECT_NE(observer.message().find("max_steps"), std::string::npos) << observer.message();
+    }
+}
+
 TEST(ObserverFaults, ARowThatComesTwiceCountsOnce) {
     Observer once(plant(false).given), twice(plant(false).given);
     Random random(5);

@@ -162,21 +162,11 @@ TEST(ObserverHybrid, EveryNumberOfAStateHasAPlaceOfItsOwn) {
         const hnav::observer::Layout at(p, smooths);
         // Where each begins, in their order, and how many there are.
         const std::vector<std::pair<int, int>> of_part = {
-            {0, p.moving},
-            {at.S, p.moving * p.N},
-            {at.Qd, at.triangle(p.N)},
-            {at.clock, 1},
-            {at.parameters, 1},
-            {at.P, at.triangle(p.N)},
-            {at.beyond, p.N},
-            {at.weight, 1},
-            {at.elapsed, 1},
-            {at.jumps, 1},
-            {at.next_event, 1},
-            {at.pending, 1},
-            {at.sides, 3},
-            {at.memory, 4},
-            {at.joint, at.joint_numbers},
+            {0, p.moving},        {at.S, p.moving * p.N}, {at.Qd, at.triangle(p.N)},
+            {at.clock, 1},        {at.parameters, 1},     {at.P, at.triangle(p.N)},
+            {at.beyond, p.N},     {at.weight, 1},         {at.elapsed, 1},
+            {at.jumps, 1},        {at.next_event, 1},     {at.pending, 1},
+            {at.sides, 3},        {at.memory, 4},         {at.joint, at.joint_numbers},
             {at.part_numbers, 0},
         };
         const std::vector<std::pair<int, int>> shared = {
