@@ -92,7 +92,9 @@ hnav_status run_rows(ObserverObject* o, std::size_t n, const Inputs& in, const O
     for (std::size_t i = 0; i < n; ++i) {
         unsigned failed = 0;
         const hnav_status status = solve_row(o, in, i, smoother != nullptr, &failed);
-        if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return status;
+        if (status == HNAV_ERROR_TIME_BACKWARDS)
+            return o->fail(status, "row %zu: t_s = %.9g s is before %.9g s: sort the rows by it", i, in.t_s[i], o->now_s());
+        if (status != HNAV_OK && status != HNAV_ERROR_SOLVER) return hnav::in_row(o, status, i);
         if ((status == HNAV_ERROR_SOLVER || (failed & was_held)) && !*first_trouble) std::strcpy(first_trouble, o->message);
         write_row(*o, in.sensors + i * o->problem->sensors, failed, out, i);
         if (smoother) smoother->note(i, o->filter.model(), o->filter.newest());

@@ -1,9 +1,13 @@
 """Plants that are functions in Python."""
 
+import math
+import warnings
+
 import numpy as np
 import pytest
 
 import hnav
+from hnav.errors import PlausibilityWarning
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Row
@@ -122,6 +126,52 @@ def test_the_observer_says_where_it_stands():
 
 def test_options_are_those_of_the_list():
     assert Observer(pendulum()).options.rtol == option_rows("observer")["rtol"].default
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"derivatives": lambda t, x, u, p: (x[1], math.sqrt(0.5 - t))}, r"\(derivatives of the plant at t = 0\.5\d* s\)"),
+        ({"outputs": lambda t, x, u, p: x[0] + 0 / (t < 0.5)}, r"division by zero \(outputs of the plant at t = 0\.5 s\)"),
+        ({"derivatives": lambda t, x, u, p: (x[1], np.emath.sqrt(0.5 - t))}, "derivatives of the plant answers complex numbers"),
+        ({"derivatives": lambda t, x, u, p: np.array([x[1], -x[0] * 1j])}, "derivatives of the plant answers complex numbers"),
+        ({"event": lambda t, x, u, p: x, "next_event": lambda t: max(t, 0.0)}, "next_event of the plant answers 0 s at t = 0 s: it must be later"),
+        ({"event": lambda t, x, u, p: x, "next_event": lambda t: math.nan}, "next_event of the plant answers nan s"),
+    ],
+)
+def test_what_goes_wrong_on_the_way_has_its_function_and_its_time(more, said):
+    with np.errstate(all="ignore"), pytest.raises((ValueError, ZeroDivisionError), match=said):
+        Observer(pendulum(**more)).run(0.1 * np.arange(10), {"angle": 0.3 * np.ones(10)})
+
+
+def test_an_error_with_a_note():
+    def derivatives(t, x, u, p):
+        return {}["slope"]
+
+    with pytest.raises(KeyError) as caught:
+        Observer(pendulum(derivatives))
+    assert "derivatives of the plant at t = 0 s" in caught.value.__notes__[0]
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_an_input_of_the_plan_without_a_sample_is_said(smooth):
+    plan = pendulum(inputs={"torque": 0.0}).input("torque")
+    t = 0.1 * np.arange(10)
+    for inputs in (None, {"torque": np.full(10, np.nan)}):
+        with pytest.warns(PlausibilityWarning, match="the plan samples torque, and no sample of it has come: .* give inputs={'torque': ...}"):
+            Observer(plan).run(t, {"angle": 0 * t}, inputs, smooth=smooth)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Observer(plan).run(t, {"angle": 0 * t}, {"torque": np.where(t == 0, 0.0, np.nan)}, smooth=smooth)
+        observer = Observer(plan)
+        observer.push_input("torque", 0.0, 0.1)
+        observer.run(t, {"angle": 0 * t})  # it has had one
+
+
+def test_rows_that_run_back_are_refused_with_the_cure():
+    t = 0.1 * np.arange(10)
+    with pytest.raises(hnav.HnavError, match="row 5: t_s = 0.3 s is before 0.4 s: sort the rows by it"):
+        Observer(pendulum()).run(np.where(np.arange(10) == 5, 0.3, t), {"angle": 0 * t})
 
 
 def test_rows_without_a_sample_do_not_begin_the_estimate():

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
+import warnings
 import weakref
 import zipfile
 from collections.abc import Mapping
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from hnav.errors import HnavError, HnavRuntimeError, HnavValueError
+from hnav.errors import HnavError, HnavRuntimeError, HnavValueError, PlausibilityWarning
 from hnav.filters.hybrid_view import NumberedObject
 from hnav.filters.observer_plan import Estimated, Input, Plan, Sensor
 from hnav.filters.plant import Asked, Plant
@@ -243,6 +244,7 @@ class Observer(NumberedObject):
         self.plan = plan
         self._options = complete(ObserverOptions, options, values if options is not None else {**plan.options, **values})
         self._asked: Asked | None = None
+        self._held_inputs: set[str] = set()  # that have had a value
         if isinstance(plan.plant, Plant):
             self._create_of_functions(plan.plant)
         else:
@@ -307,6 +309,7 @@ class Observer(NumberedObject):
     def push_input(self, input: str, t_s: float, value: float) -> None:
         """A known input has this value, times its factor, from t_s on."""
         self._push("hnav_observer_push_input", "input", self.plan.inputs, input, t_s, value)
+        self._held_inputs.add(input)
 
     def advance(self, t_s: float) -> None:
         """Uses the samples up to t_s and shows the estimate there. Raises HnavRuntimeError where the plant had no answer: those samples
@@ -348,7 +351,7 @@ class Observer(NumberedObject):
         self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None, *, smooth: bool = False,
     ) -> ObserverRun:  # fmt: skip
         """Row after row, bit for bit as push and advance (of inputs that are interpolated with the means to the next row): t_s is n, each array n with NaN where there is no sample. Sensors that are
-        not given have none. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
+        not given have none; an input of the plan needs a sample, here or before. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
         smooth."""
         plan, t = self.plan, times(t_s)
         if among := next((name for name in sensors if name in plan.inputs and name not in plan.sensors), None):
@@ -357,6 +360,14 @@ class Observer(NumberedObject):
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _columns(sensors, plan.sensors, n, "sensor")
         held = _columns(inputs or {}, plan.inputs, n, "input")
+        sampled = {name for name, column in zip(plan.inputs, held.T) if np.isfinite(column).any()}
+        missing = [name for name in plan.inputs if name not in sampled | (set() if smooth else self._held_inputs)]
+        if n and missing:
+            warnings.warn(
+                f"the plan samples {missing[0]}, and no sample of it has come: it stays at its start; "
+                f"give inputs={{{missing[0]!r}: ...}} or leave it out of the plan", PlausibilityWarning, stacklevel=3 if smooth else 2,
+            )  # fmt: skip
+        self._held_inputs |= set() if smooth else sampled
         for k, known in enumerate(plan.inputs.values()):
             if known.interpolation == "linear":
                 held[:, k] = _means_to_the_next(t, held[:, k])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from hnav.errors import HnavValueError
+from hnav.errors import HnavError, HnavValueError
 from hnav.native.arrays import Array
 from hnav.native.library import ffi
 
@@ -132,17 +133,22 @@ class Asked:
             self._add_events(plant)
         jacobian = plant.jacobian
         if jacobian is not None and free == 0:
-            self.functions["derivatives_jacobian"] = self._plainly(lambda *at: _shaped(jacobian(*at), (n, n), "jacobian"))
+            self.functions["derivatives_jacobian"] = self._plainly(lambda *at: _shaped(jacobian(*at), (n, n), "jacobian"), "jacobian")
+
+    def _keep(self, error: BaseException, name: str, t: float) -> None:
+        """What a function has raised, for who called the library: the first, unless a later one interrupts."""
+        if self.error is None or not isinstance(error, Exception):
+            self.error = _located(error, name, t)
 
     def raise_kept(self) -> None:
-        """What a function has raised since the last time."""
+        """What a function has raised first since the last time."""
         error, self.error = self.error, None
         if error is not None:
             raise error
 
     def _add_events(self, plant: Plant) -> None:
         self.sizes["n_discrete"] = len(self._discrete)
-        self.functions["event"] = self._plainly(self._event)
+        self.functions["event"] = self._plainly(self._event, "event")
         if plant.indicators is not None:
             indicators = plant.indicators
             count = np.atleast_1d(np.asarray(indicators(0.0, *map(np.array, self._start), *self._also_discrete()), float)).size
@@ -165,9 +171,14 @@ class Asked:
     def _next_event(self, _: Any, t: float) -> float:
         assert self.plant.next_event is not None
         try:
-            return float(self.plant.next_event(t, *self._also_discrete()))
+            answer = float(self.plant.next_event(t, *self._also_discrete()))
+            if not (answer > t or answer == t == -math.inf):
+                raise HnavValueError(
+                    "option", f"next_event of the plant answers {answer:.9g} s at t = {t:.9g} s: it must be later, or inf", "next_event"
+                )
+            return answer
         except BaseException as error:
-            self.error = error
+            self._keep(error, "next_event", t)
             return float("inf")
 
     def _get_discrete(self, _: Any, values: Any) -> None:
@@ -201,6 +212,8 @@ class Asked:
 
         def write(found: Iterable[Any], values: Any) -> None:
             flat = [one[row] for one in found for row in rows]
+            if any(isinstance(one, complex) for one in flat):  # of NumPy: a conversion would take the real part
+                raise TypeError
             values[0 : len(flat)] = flat
 
         def write_quickly(t: float, points: Iterable[Any], values: Any) -> bool:
@@ -221,7 +234,7 @@ class Asked:
                 if not (quick and write_quickly(t, points, values)):
                     write([_shaped(one, (length,), name) for one in answers(t, points, np.array)], values)
             except BaseException as error:
-                self.error = error
+                self._keep(error, name, t)
                 return -1
             return 0
 
@@ -232,7 +245,7 @@ class Asked:
             quick = isinstance(first, int | float | tuple | list) and write_quickly(0.0, [self._start], [0.0] * len(rows))
         return called
 
-    def _plainly(self, answer: Callable[..., Array]) -> Any:
+    def _plainly(self, answer: Callable[..., Array], name: str) -> Any:
         """A function of one point that answers an array."""
 
         def called(_: Any, count: int, t: float, x: Any, u: Any, p: Any, values: Any) -> int:
@@ -241,7 +254,7 @@ class Asked:
                 found = answer(t, *map(np.array, at), *self._also_discrete()).ravel()
                 values[0 : len(found)] = found.tolist()
             except BaseException as error:
-                self.error = error
+                self._keep(error, name, t)
                 return -1
             return 0
 
@@ -263,9 +276,21 @@ def _placed(own: list[float], places: Iterable[int], values: list[float]) -> lis
     return full
 
 
+def _located(error: BaseException, name: str, t: float) -> BaseException:
+    """What a function has raised, with its name and the time: in the message of an error of arithmetic, in a note of others."""
+    where = f"{name} of the plant at t = {t:.9g} s"
+    if isinstance(error, ArithmeticError | ValueError) and not isinstance(error, HnavError) and [*map(type, error.args)] == [str]:
+        error.args = (f"{error.args[0]} ({where})",)
+    elif not isinstance(error, HnavError):
+        error.add_note(f"raised by {where}")
+    return error
+
+
 def _shaped(values: npt.ArrayLike, shape: tuple[int, ...], name: str) -> Array:
     if values is None:
         raise HnavValueError("option", f"{name} of the plant answers None: it must return its values", name)
+    if np.iscomplexobj(np.asarray(values)):
+        raise HnavValueError("option", f"{name} of the plant answers complex numbers: it must return real ones", name)
     array = np.array(values, float, ndmin=1)
     if array.shape != shape:
         raise HnavValueError("size", f"{name} of the plant has the shape {array.shape}, expected {shape}", name)
