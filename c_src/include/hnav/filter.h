@@ -176,7 +176,8 @@ HNAV_API hnav_status hnav_filter_load(hnav_filter* filter, const void* buffer, s
 
 /* Snapshots take about a microsecond and serve to step back. They are valid in this process, for this filter or one with equal options;
  * those of an observer for that observer only. Their size depends on the waiting samples and on those that late ones may still join:
- * query it each time. A snapshot has no checksum. Error: STATE_CORRUPT (not of such a filter, which is then unchanged). */
+ * query it each time. A snapshot has no checksum, and that the options are equal is not checked: hnav_filter_load checks both. Error:
+ * STATE_CORRUPT (not of such a filter, which is then unchanged). */
 HNAV_API hnav_status hnav_filter_snapshot_size(const hnav_filter* filter, size_t* bytes);
 HNAV_API hnav_status hnav_filter_take_snapshot(const hnav_filter* filter, void* buffer, size_t bytes);
 HNAV_API hnav_status hnav_filter_restore_snapshot(hnav_filter* filter, const void* buffer, size_t bytes);
