@@ -47,6 +47,7 @@ public:
     }
 
     Answer recall(const double* memory) override {
+        *said_ = 0;
         if (sizes.memory > 0) given_.set_discrete(given_.context, memory);
         return Answer::ok;
     }
@@ -69,8 +70,7 @@ private:
         return function == Function::derivatives ? given_.derivatives_jacobian : given_.outputs_jacobian;
     }
 
-    Answer ask(hnav_plant_function function, const Point& at, double* values) {
-        *said_ = 0;
+    Answer ask(hnav_plant_function function, const Point& at, double* values) const {
         return answer_of(function(given_.context, at.t_s, at.x, at.u, at.p, values));
     }
 

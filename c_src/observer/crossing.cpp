@@ -39,29 +39,34 @@ bool Model::cross(State& s, double interval_s, Propagator& propagator) const {
 }
 
 bool Model::cross_part(Run& run, double* part) const {
-    const Layout& at = layout();
-    const double begin_s = run.s.x()[at.t];
     int events = 0;
-    if (!run.alone) std::copy_n(part, at.part_numbers, work_->beginning);
+    if (!run.alone) std::copy_n(part, layout().part_numbers, work_->beginning);
     if (!begin_part(run, part, &events)) return false;
-    for (;;) {
-        const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
-        const double to_event_s = std::max(0.0, part[at.next_event] - (begin_s + part[at.elapsed]));
-        const Stop stop = flow_piece(run, part, std::min(left_s, to_event_s));
-        if (stop == Stop::failed) return false;
-        if (stop == Stop::missed) return spread(run, part);
-        if (stop == Stop::end && to_event_s > left_s) break;
-        const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
-        const int source = cause == Cause::guard ? std::max(0, first_changed(part)) : -1, passed = run.passed;
-        if (!jump_part(run, part, cause, ++events)) return false;
-        if (!run.derivable) return spread(run, part);
-        if (!may_go_on(run, part, source, cause == Cause::time || run.passed > passed)) return false;
-        if (events == most_matrices) expected(part, work_->chattered_from);
-    }
-    part[at.elapsed] = run.interval_s;
+    Way way = Way::on;
+    while (way == Way::on) way = cross_piece(run, part, &events);
+    if (way != Way::ended) return way == Way::spread && spread(run, part);
+    part[layout().elapsed] = run.interval_s;
     if (events > most_matrices) add_chatter(part);
     if (run.alone) return true;
     return split_near_guard(run, part) && (run.derivable || spread(run, part));
+}
+
+// To the next event and through it, or to the end.
+Model::Way Model::cross_piece(Run& run, double* part, int* events) const {
+    const Layout& at = layout();
+    const double left_s = std::max(0.0, run.interval_s - part[at.elapsed]);
+    const double to_event_s = std::max(0.0, part[at.next_event] - (run.s.x()[at.t] + part[at.elapsed]));
+    const Stop stop = flow_piece(run, part, std::min(left_s, to_event_s));
+    if (stop == Stop::failed) return Way::failed;
+    if (stop == Stop::missed) return Way::spread;
+    if (stop == Stop::end && to_event_s > left_s) return Way::ended;
+    const Cause cause = stop == Stop::guard ? Cause::guard : Cause::time;
+    const int source = cause == Cause::guard ? std::max(0, first_changed(part)) : -1, passed = run.passed;
+    if (!jump_part(run, part, cause, ++*events)) return Way::failed;
+    if (!run.derivable) return Way::spread;
+    if (!may_go_on(run, part, source, cause == Cause::time || run.passed > passed)) return Way::failed;
+    if (*events == most_matrices) expected(part, work_->chattered_from);
+    return Way::on;
 }
 
 // counts: the event is none of an indicator that only returns.

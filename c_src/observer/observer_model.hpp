@@ -186,6 +186,7 @@ private:
     enum class Inside { was, is_now, is_not, failed };
     // missed: an indicator has turned back so close to its guard that a part of the Gaussian has crossed it.
     enum class Stop { end, guard, step, missed, failed };
+    enum class Way { on, ended, spread, failed };
     // Parts of a state or of an interval, as estimation/mixture.hpp takes them.
     struct Parts {
         double* operator[](int i) const { return first + static_cast<std::ptrdiff_t>(i) * model.layout().part_numbers; }
@@ -320,6 +321,7 @@ private:
 
     // crossing.cpp
     bool cross_part(Run& run, double* part) const;
+    Way cross_piece(Run& run, double* part, int* events) const;
     bool begin_part(Run& run, double* part, int* events) const;
     Stop flow_piece(Run& run, double* part, double length_s) const;
     Stop flow_until(Run& run, double* part, double length_s) const;
@@ -366,7 +368,7 @@ private:
         int columns;
         double weight; // of a point
     };
-    // One that is not crossed for sure at this distance.
+    // Within this distance it is not crossed for sure.
     static constexpr double near_sigma = 4;
     static constexpr double probe_step = 6e-6; // of saltation.cpp, as in linearisation.cpp
     void note_guard(const double* S, const double* gradient, double* to) const;

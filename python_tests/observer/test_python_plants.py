@@ -135,7 +135,10 @@ def test_options_are_those_of_the_list():
         ({"outputs": lambda t, x, u, p: x[0] + 0 / (t < 0.5)}, r"division by zero \(outputs of the plant at t = 0\.5 s\)"),
         ({"derivatives": lambda t, x, u, p: (x[1], np.emath.sqrt(0.5 - t))}, "derivatives of the plant answers complex numbers"),
         ({"derivatives": lambda t, x, u, p: np.array([x[1], -x[0] * 1j])}, "derivatives of the plant answers complex numbers"),
-        ({"event": lambda t, x, u, p: x, "next_event": lambda t: max(t, 0.0)}, "next_event of the plant answers 0 s at t = 0 s: it must be later"),
+        (
+            {"event": lambda t, x, u, p: x, "next_event": lambda t: max(t, 0.0)},
+            "next_event of the plant answers 0 s at t = 0 s: it must be later",
+        ),
         ({"event": lambda t, x, u, p: x, "next_event": lambda t: math.nan}, "next_event of the plant answers nan s"),
     ],
 )
@@ -158,7 +161,9 @@ def test_an_input_of_the_plan_without_a_sample_is_said(smooth):
     plan = pendulum(inputs={"torque": 0.0}).input("torque")
     t = 0.1 * np.arange(10)
     for inputs in (None, {"torque": np.full(10, np.nan)}):
-        with pytest.warns(PlausibilityWarning, match="the plan samples torque, and no sample of it has come: .* give inputs={'torque': ...}"):
+        with pytest.warns(
+            PlausibilityWarning, match="the plan samples torque, and no sample of it has come: .* give inputs={'torque': ...}"
+        ):
             Observer(plan).run(t, {"angle": 0 * t}, inputs, smooth=smooth)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

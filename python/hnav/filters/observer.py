@@ -360,14 +360,7 @@ class Observer(NumberedObject):
         n, N, m = len(t), len(self.names), len(plan.sensors)
         seen = _columns(sensors, plan.sensors, n, "sensor")
         held = _columns(inputs or {}, plan.inputs, n, "input")
-        sampled = {name for name, column in zip(plan.inputs, held.T) if np.isfinite(column).any()}
-        missing = [name for name in plan.inputs if name not in sampled | (set() if smooth else self._held_inputs)]
-        if n and missing:
-            warnings.warn(
-                f"the plan samples {missing[0]}, and no sample of it has come: it stays at its start; "
-                f"give inputs={{{missing[0]!r}: ...}} or leave it out of the plan", PlausibilityWarning, stacklevel=3 if smooth else 2,
-            )  # fmt: skip
-        self._held_inputs |= set() if smooth else sampled
+        self._note_inputs(held, smooth)
         for k, known in enumerate(plan.inputs.values()):
             if known.interpolation == "linear":
                 held[:, k] = _means_to_the_next(t, held[:, k])
@@ -394,6 +387,18 @@ class Observer(NumberedObject):
         made["proof"] = self.proof()
         because = text(library().hnav_filter_message(self._handle)) if failed.any() else ""
         return ObserverRun(t_s=t_s, **made, dropped_because=because, plan=plan, smoothed=smooth)
+
+    def _note_inputs(self, held: Array, smooth: bool) -> None:
+        """Warns of an input that has never had a sample; a smoother begins from the start of the plan."""
+        sampled = {name for name, column in zip(self.plan.inputs, held.T) if np.isfinite(column).any()}
+        if not smooth:
+            sampled = self._held_inputs = self._held_inputs | sampled
+        missing = next((name for name in self.plan.inputs if name not in sampled), None)
+        if len(held) and missing is not None:
+            warnings.warn(
+                f"the plan samples {missing}, and no sample of it has come: it stays at its start; "
+                f"give inputs={{{missing!r}: ...}} or leave it out of the plan", PlausibilityWarning, stacklevel=4 if smooth else 3,
+            )  # fmt: skip
 
     def smooth(self, *samples: Any, **named: Any) -> ObserverRun:
         """As run, with hindsight: x, sigma and covariance of a row are from all samples, before and after it, through events of the plant

@@ -133,7 +133,9 @@ class Asked:
             self._add_events(plant)
         jacobian = plant.jacobian
         if jacobian is not None and free == 0:
-            self.functions["derivatives_jacobian"] = self._plainly(lambda *at: _shaped(jacobian(*at), (n, n), "jacobian"), "jacobian")
+            self.functions["derivatives_jacobian"] = self._plainly(
+                lambda *at: _shaped(jacobian(*at), (n, n), "jacobian"), "jacobian"
+            )
 
     def _keep(self, error: BaseException, name: str, t: float) -> None:
         """What a function has raised, for who called the library: the first, unless a later one interrupts."""
@@ -174,7 +176,9 @@ class Asked:
             answer = float(self.plant.next_event(t, *self._also_discrete()))
             if not (answer > t or answer == t == -math.inf):
                 raise HnavValueError(
-                    "option", f"next_event of the plant answers {answer:.9g} s at t = {t:.9g} s: it must be later, or inf", "next_event"
+                    "option",
+                    f"next_event of the plant answers {answer:.9g} s at t = {t:.9g} s: it must be later, or inf",
+                    "next_event",
                 )
             return answer
         except BaseException as error:
