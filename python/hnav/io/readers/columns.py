@@ -241,10 +241,6 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
     found = _candidates(names, _with_axes(names), sensor)
     if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
         found = max(found, _candidates(names, short, sensor), key=len)
-    if {"lat_deg", "lon_deg"} <= found.keys() and "alt_m" not in found:  # beside a place, a plain height is its height
-        found |= {
-            role: columns for role, columns in _candidates(names, [f"gps {n}" for n in names], None).items() if role == "alt_m"
-        }
     chosen: dict[str, Column] = {}
     for role, candidates in found.items():
         best = min(candidates, key=lambda column: column.rank)
@@ -294,11 +290,15 @@ def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
-    """The candidate columns of each role. read: the parsed names."""
+    """The candidate columns of each role; beside a place a plain height is its height. read: the parsed names."""
     found: dict[str, list[Column]] = {}
     for place, (name, text) in enumerate(zip(names, read)):
         if name.strip() and (column := column_of(text, place, sensor)):
             found.setdefault(column.role, []).append(replace(column, name=name))
+    if {"lat_deg", "lon_deg"} <= found.keys() and "alt_m" not in found:
+        heights = [(place, column_of(f"gps {text}", place, sensor)) for place, text in enumerate(read)]
+        plain = [replace(column, name=names[place]) for place, column in heights if column and column.role == "alt_m"]
+        found |= {"alt_m": plain} if plain else {}
     return found
 
 

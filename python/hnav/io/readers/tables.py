@@ -159,11 +159,17 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
         _refuse_strange_unit(shown, table, sensor, columns)
     unit = wishes.unit(sensor, by_header, by_format)
-    if unit.source == "by header":
-        values = values * [si_per(sensor, column.unit or unit.name) / si_per(sensor, unit.name) for column in columns]
+    values = values * _per_axis(sensor, columns, unit)
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
     return Stream(sensor, t_s, values, unit)
+
+
+def _per_axis(sensor: str, columns: Sequence[Column], unit: Unit) -> Sequence[float]:
+    """Factors to the unit of the first axis for axes whose names state other ones."""
+    if unit.source != "by header":
+        return [1.0] * len(columns)
+    return [si_per(sensor, column.unit or unit.name) / si_per(sensor, unit.name) for column in columns]
 
 
 def _refuse_strange_unit(shown: str, table: Table, sensor: str, columns: Sequence[Column]) -> None:
