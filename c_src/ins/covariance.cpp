@@ -65,7 +65,7 @@ void Model::gather(State& s, double interval_s) const {
     const Vector3 f = transition_force(s, raw), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
     const double age_s = std::fmax(shortest_age_s, 0.5 * s.latency);
-    vec(s.in_t.recent_acceleration) += T / (age_s + T) * (raw + vec(s.gravity) - vec(s.in_t.recent_acceleration));
+    vec(s.in_t.recent_acceleration) += T / (age_s + T) * (f + vec(s.gravity) - vec(s.in_t.recent_acceleration));
     const auto add = [&](double* A, double* B, double* C, const Matrix3& turns) {
         const Matrix3 turned = by_force * (mat(static_cast<const double*>(A)) + 0.5 * T * turns);
         mat(C) += T * mat(B) + 0.5 * T * T * turned;

@@ -68,7 +68,7 @@ class Consistency:
     c_src/estimation/consistency.hpp."""
 
     MEMORY, LARGEST, AT_ONCE, SLOW_S, LONGEST_S = 20.0, 25.0, 2.0, 30.0, 20.0
-    WINDOW_S, FAR, MOST, COLOUR_SLOW_S = 2.0, 10.0, 4.0, 20.0
+    WINDOW_S, FAR, MOST, COLOUR_SLOW_S = 2.0, 10.0, 4.0, 40.0
     GROSS = 4.0
     """Ratio of variances above which the noise is treated as larger than stated."""
 
@@ -204,7 +204,7 @@ class InsReference:
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
         age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
-        self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (raw + self.gravity - self.recent_acceleration)
+        self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (force + self.gravity - self.recent_acceleration)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):

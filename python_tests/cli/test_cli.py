@@ -181,7 +181,8 @@ def test_sensors_that_were_not_ok_are_reported_with_the_cure(tmp_path):
     np.savetxt(path, table, delimiter=",", header="t_s,gx,gy,gz,ax,ay,az,mx,my,mz", comments="")
     done = hnav("filter", path, "--mag-unit", "uT", "--out", out)
     assert done.returncode == 0, done.stderr
-    _, gyro, mag = done.stdout.strip().splitlines()
+    _, gyro, mag, gated = done.stdout.strip().splitlines()
+    assert "samples of the field did not fit" in gated
     assert gyro.startswith("gyro saturated for ") and "--set gyro_range_rad_s=..." in gyro
     assert mag.startswith("mag stuck for ") and "cable" in mag
     written = pd.read_csv(out, comment="#")
