@@ -27,6 +27,13 @@ public:
     Values angle_weight() const { return Values(at(13), count); }
     Values scratch() const { return Values(at(14), count); }
 
+    // Of a sample, what is known before the fit.
+    void move(Index from, Index to) {
+        z().col(to) = z().col(from).eval();
+        a().col(to) = a().col(from).eval();
+        trust()[to] = trust()[from];
+    }
+
     Index count = 0; // rows with a field
 
 private:
@@ -59,7 +66,7 @@ inline void drop_wild(Samples& s) {
     constexpr double share = 0.99;  // chosen: a sensor at rest for nearly the whole recording still has its motion beyond it
     constexpr double farthest = 10; // chosen: points of an ellipsoid are at most two long axes apart
     if (s.count == 0) return;
-    Columns z = s.z(), a = s.a();
+    const Columns z = s.z();
     Values distance = s.residual(), scratch = s.scratch();
     Vector3 middle;
     for (int k = 0; k < 3; ++k) {
@@ -69,12 +76,8 @@ inline void drop_wild(Samples& s) {
     for (Index i = 0; i < s.count; ++i) scratch[i] = distance[i] = (z.col(i) - middle).norm();
     const double limit = farthest * quantile(scratch.data(), s.count, share);
     Index kept = 0;
-    for (Index i = 0; i < s.count; ++i) {
-        if (distance[i] > limit) continue;
-        z.col(kept) = z.col(i).eval();
-        a.col(kept) = a.col(i).eval();
-        ++kept;
-    }
+    for (Index i = 0; i < s.count; ++i)
+        if (!(distance[i] > limit)) s.move(i, kept++);
     s.count = kept;
 }
 
@@ -107,8 +110,8 @@ inline void choose_forces(double tolerance, Samples& s) {
 // Omits samples without a new attitude: neither field nor gravity has changed since the last one kept. Otherwise a sensor
 // at rest for half of the recording would determine every median.
 inline void drop_rests(double step, Samples& s) {
-    Columns z = s.z(), a = s.a();
-    Values trust = s.trust();
+    const Columns z = s.z(), a = s.a();
+    const Values trust = s.trust();
     Vector3 last_a = Vector3::Zero(); // of the newest force that was kept
     Index kept = 0;
     for (Index i = 0; i < s.count; ++i) {
@@ -116,10 +119,7 @@ inline void drop_rests(double step, Samples& s) {
         const bool force_moved = trust[i] > 0 && (a.col(i) - last_a).norm() > step;
         if (!field_moved && !force_moved) continue;
         if (trust[i] > 0) last_a = a.col(i);
-        z.col(kept) = z.col(i).eval();
-        a.col(kept) = a.col(i).eval();
-        trust[kept] = trust[i];
-        ++kept;
+        s.move(i, kept++);
     }
     s.count = kept;
 }

@@ -24,7 +24,7 @@ struct Consistency {
     static constexpr double memory = 20; // samples, of the successive differences
     static constexpr double largest = 25; // one difference counts at most as much
     static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly
-    // Chosen: time in which the correlation time follows, and its start. Of simulated bodies whose receivers have errors that last for 3 s the
+    // Chosen: time in which the correlation time follows, and its start; it is at most the short window, whose means show it. Of simulated bodies whose receivers have errors that last for 3 s the
     // tilt was ready and wrong for 4 to 19 % of the time (cable car, rowing boat, anchored ship), now for at most .5 %; with white errors a car
     // is ready after 19.6 s (18.3 without).
     static constexpr double colour_slow_s = 40, usual_colour_s = 0.3;
@@ -44,6 +44,8 @@ struct Consistency {
         colour_s = colour_kept_s;
         last_s = -HUGE_VAL;
     }
+    // The noise and its correlation time stay.
+    void begin_again() { begin(noise, colour_s); }
     // What was learnt is a variance: where a larger one is stated than before, so much less is missing.
     void restate(double variance) {
         if (variance > stated && stated > 0) noise = std::fmax(1, noise * stated / variance);

@@ -4,6 +4,7 @@
 namespace hnav::ins {
 namespace {
 
+// Chosen: what may be left of vibration in the mean force, and its longest averaging time; the time for which a body turns at one rate.
 constexpr double small_m_s2 = 0.1, longest_s = 1, turns_alike_s = 5;
 // Least averaging time of the acceleration that a late velocity misses; it leaves a tenth of a vibration of 17 Hz. The last sample alone made the
 // latency look observed: that of a simulated motorcycle was .05 s at a sigma of .03, true .3, its tilt ready and wrong for 5 % of the time.

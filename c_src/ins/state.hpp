@@ -232,7 +232,7 @@ struct State {
     }
     // At a new linearisation; the estimated noise of aids and its correlation time are kept.
     void begin_monitors() {
-        for (Consistency& fit : fits) fit.begin(fit.noise, fit.colour_s);
+        for (Consistency& fit : fits) fit.begin_again();
         for (double& since_s : steps_since_s) since_s = nan;
     }
     Consistency& fit(int channel) { return fits[channel - velocity]; }

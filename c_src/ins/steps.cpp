@@ -33,7 +33,7 @@ void Model::take_steps(State& s, Covariance& P, int window, const Steps<may_step
     if (step_) step_->stepped(P);
     s.inconsistent_s = now_s;
     s.information_tilt = s.information_heading = s.information_velocity = 0;
-    for (Consistency& fit : s.fits) fit.begin(fit.noise, fit.colour_s);
+    for (Consistency& fit : s.fits) fit.begin_again();
     for (int k = 0; k < step_windows; ++k) begin_steps(s, P, k, now_s);
 }
 

@@ -20,7 +20,8 @@
 namespace hnav::observer {
 namespace {
 
-constexpr double smallest_split = 1e-3; // share led over a guard by noise before it becomes a part
+constexpr double smallest_split =
+    1e-3; // chosen: share led over a guard by noise before it becomes a part, of which a state holds few
 
 // What is left of a part on one side of a guard: its weight; the mean moves by shift k, the covariance loses loss k k'.
 struct Cut {
@@ -40,8 +41,10 @@ Cuts cuts_at(double a) {
 
 // a, and the variance of what has crossed in the units of a. Mean and mean square of both together are those of the part.
 Cuts cuts_by_noise(double a, double share, double variance) {
+    constexpr double least =
+        0.1; // chosen: a share of several intervals may be larger than its variance, that of the newest, allows
     const double left = 1 - share, mean = a / left;
-    const double variance_left = std::max(0.1, (1 + a * a - share * variance) / left - mean * mean);
+    const double variance_left = std::max(least, (1 + a * a - share * variance) / left - mean * mean);
     return {{left, mean - a, 1 - variance_left}, {share, -a, 1 - variance}};
 }
 
@@ -107,17 +110,23 @@ bool Model::split_at_newest(Run& run, double* part) const {
     return split(run, waiting, part, e, -std::fabs(e.rate) * since_s, J);
 }
 
-// A second part for the case that the event occurs, after to_s at this distance.
-bool Model::split_after_jump(Run& run, double* part, double to_s, double distance) const {
-    const Problem& p = *problem_;
+// A new part, as this one but with the discrete state after the event of run.present; it counts once a split has given it a weight.
+double* Model::part_after_jump(const Run& run, const double* part) const {
     const Layout& at = layout();
-    Passage& e = run.present;
-    double *jumped = (*run.made)[run.made->used], *J = work_->slope_here;
+    const Passage& e = run.present;
+    double* jumped = (*run.made)[run.made->used];
     std::copy_n(part, at.part_numbers, jumped);
-    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
+    std::copy_n(e.memory_after, problem_->sizes.memory, jumped + at.memory);
     jumped[at.next_event] = e.next_after;
     jumped[at.jumps] += 1;
-    for (int i = 0; i < p.N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
+    return jumped;
+}
+
+// A second part for the case that the event occurs, after to_s at this distance.
+bool Model::split_after_jump(Run& run, double* part, double to_s, double distance) const {
+    Passage& e = run.present;
+    double *jumped = part_after_jump(run, part), *J = work_->slope_here;
+    for (int i = 0; i < problem_->N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
     expected(part, e.X);
     return split(run, part, jumped, e, distance, J);
 }
@@ -187,28 +196,31 @@ int Model::next_guard(const double* part, const double* P, bool with_noise) cons
 
 // ------------------------------------------------------------------------------------------------ crossings by noise
 
+// Power spectral density of the noise of an indicator, by its gradient.
+double Model::noise_along(int guard) const {
+    const double* g = work_->gradients + guard * problem_->N;
+    double noise = 0;
+    for (int i = 0; i < problem_->N; ++i) noise += g[i] * g[i] * problem_->noise[i];
+    return noise;
+}
+
 // With the gradient and the rate of its indicator: noise that acts on it leads over the guard before drift does.
 bool Model::is_led_by_noise(int guard, double variance) const {
-    const Problem& p = *problem_;
-    const double *g = work_->gradients + guard * p.N, z = work_->z[guard], rate = work_->rates[guard];
-    double noise = 0;
-    for (int i = 0; i < p.N; ++i) noise += g[i] * g[i] * p.noise[i];
+    const double z = work_->z[guard], rate = work_->rates[guard], noise = noise_along(guard);
     return noise > 0 && (rate * z > 0 || std::fabs(rate) * std::sqrt(variance) < noise);
 }
 
 // The guard over which noise has most likely led in the newest interval, of this length; -1: none.
-int Model::guard_of_noise(double* part, const double* P, double since_s, Absorption* crossed) const {
+int Model::guard_of_noise(const double* part, const double* P, double since_s, Absorption* crossed) const {
     const Problem& p = *problem_;
-    constexpr double reach_sigma = 6;
+    constexpr double reach_sigma = 6; // beyond lies a share of 2e-9
     int most = -1;
     *crossed = {0, 0};
     for (int i = 0; i < p.sizes.indicators; ++i) {
         const double *g = work_->gradients + i * p.N, z = work_->z[i], variance = variance_along(g, P, p.N);
         if ((z > 0) != (part[layout().sides + i] > 0) || !(z * z < reach_sigma * reach_sigma * variance)) continue;
         if (!is_led_by_noise(i, variance)) continue;
-        double added = 0;
-        for (int j = 0; j < p.N; ++j) added += since_s * g[j] * g[j] * p.noise[j];
-        added = std::min(added, (1 - 1e-6) * variance);
+        const double added = std::min(since_s * noise_along(i), (1 - 1e-6) * variance);
         const Absorption by = absorb(std::fabs(z), variance - added, added);
         if (!(by.ended > crossed->ended)) continue;
         most = i;
@@ -235,12 +247,8 @@ bool Model::split_by_noise(Run& run, double* part) const {
     const double distance = std::fabs(work_->z[guard]);
     if (!have_event_on_guard(run, part, guard)) return false;
     if (e.silent) return true;
-    double *jumped = (*run.made)[run.made->used], *J = work_->slope_here;
+    double *jumped = part_after_jump(run, part), *J = work_->slope_here;
     const int parts = run.made->used;
-    std::copy_n(part, at.part_numbers, jumped);
-    std::copy_n(e.memory_after, p.sizes.memory, jumped + at.memory);
-    jumped[at.next_event] = e.next_after;
-    jumped[at.jumps] += 1;
     // On the guard at a time evenly within the interval. X of the mean would be beyond it by the distance.
     expected(part, e.X);
     const double sd = std::sqrt(variance_along(e.gradient, e.P, p.N));

@@ -386,9 +386,11 @@ private:
     bool spread_stiffly(Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(Run& run, double* part) const;
     bool split_at_next(Run& run, double* part) const;
+    double* part_after_jump(const Run& run, const double* part) const;
     bool split_after_jump(Run& run, double* part, double to_s, double distance) const;
+    double noise_along(int guard) const;
     bool is_led_by_noise(int guard, double variance) const;
-    int guard_of_noise(double* part, const double* P, double since_s, Absorption* crossed) const;
+    int guard_of_noise(const double* part, const double* P, double since_s, Absorption* crossed) const;
     bool split_by_noise(Run& run, double* part) const;
     bool have_event_on_guard(Run& run, double* part, int guard) const;
     void add_delay(const Passage& e, double since_s, double* part) const;

@@ -351,7 +351,7 @@ class Observer(NumberedObject):
         self, t_s: npt.ArrayLike, sensors: Mapping[str, npt.ArrayLike], inputs: Mapping[str, npt.ArrayLike] | None = None, *, smooth: bool = False,
     ) -> ObserverRun:  # fmt: skip
         """Row after row, bit for bit as push and advance (of inputs that are interpolated with the means to the next row): t_s is n, each array n with NaN where there is no sample. Sensors that are
-        not given have none; an input of the plan needs a sample, here or before. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
+        not given have none; an input of the plan without a sample, here or before, gives a warning. An instant for which the plant has no answer is dropped and counted. smooth: with hindsight, as by the method
         smooth."""
         plan, t = self.plan, times(t_s)
         if among := next((name for name in sensors if name in plan.inputs and name not in plan.sensors), None):

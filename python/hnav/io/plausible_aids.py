@@ -33,7 +33,11 @@ PAIR_S, MOVING_M_S, FEWEST_PAIRS, MOST_PAIRS = 2.0, 2.0, 30, 20_000  # of fixes 
 LEVEL_S = 2.5  # either side, over which the mean force points up
 LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
 MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
-FAR_LATE_S, FAR_STEP_S = 40.0, 0.25  # as of GPS time, which is 18 s ahead of UTC, and TAI, 37 s
+FAR_LATE_S, FAR_STEP_S, FAR_PAIRS = (
+    40.0,
+    0.25,
+    1000,
+)  # as of GPS time, 18 s ahead of UTC, and TAI, 37 s; pairs that such a search takes
 TURNS_TOGETHER, LATE_S, MORE_EXPLAINED = 0.93, 0.25, 0.01  # smaller delays are estimated by INS
 WILD_RAD = 0.5
 ABOVE_SEA = (
@@ -265,15 +269,16 @@ def _against_turning(recording: Recording, velocity: AidSamples) -> Iterator[Fin
     if change.std() < LEAST_TURN_RAD:
         return
 
-    def best_of(lags_s: np.ndarray) -> tuple[float, float]:
-        shifted = ([np.interp(velocity.t_s[at] - lag_s, t_s, turned) for at in (begin, end)] for lag_s in lags_s)
-        fits = [_share_explained(change, *angles) for angles in shifted]
+    def best_of(lags_s: np.ndarray, every: int = 1) -> tuple[float, float]:
+        ends_s = [velocity.t_s[at[::every]] for at in (begin, end)]
+        shifted = ([np.interp(at_s - lag_s, t_s, turned) for at_s in ends_s] for lag_s in lags_s)
+        fits = [_share_explained(change[::every], *angles) for angles in shifted]
         return float(lags_s[np.argmax(fits)]), max(fits)
 
     _, now = best_of(np.zeros(1))
     late_s, best = best_of(np.arange(-MOST_LATE_S, MOST_LATE_S + LATE_STEP_S, LATE_STEP_S))
     if best < TURNS_TOGETHER:
-        far_s, _ = best_of(np.arange(-FAR_LATE_S, FAR_LATE_S + FAR_STEP_S, FAR_STEP_S))
+        far_s, _ = best_of(np.arange(-FAR_LATE_S, FAR_LATE_S + FAR_STEP_S, FAR_STEP_S), 1 + len(begin) // FAR_PAIRS)
         late_s, best = best_of(far_s + np.arange(-FAR_STEP_S, FAR_STEP_S + LATE_STEP_S, LATE_STEP_S))
     if best > TURNS_TOGETHER and abs(late_s) > LATE_S and best - now > MORE_EXPLAINED:
         shown = f"the course turns {abs(late_s):.2g} s {'later' if late_s > 0 else 'earlier'} than the rates"

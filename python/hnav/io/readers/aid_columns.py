@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from hnav.io.readers.unit_names import words_of
+from hnav.io.readers.unit_names import words_in, words_of
 
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
@@ -86,7 +86,7 @@ def aid_column(name: str) -> AidColumn | None:
     if match := _BEHIND_BRACKETS.fullmatch(text):
         text, stated = match.groups()
         stated = "" if stated.lower() in _DATUMS else stated
-    tokens = [token.lower() for token in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", text.replace("°", "deg"))]
+    tokens = words_in(text.replace("°", "deg"))
     bare = [token for token in tokens if token not in _FILLERS]
     for end in range(len(bare), 0, -1):
         stem, behind = "".join(bare[:end]), "".join(bare[end:])

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, PER, ROLES, aid_column, aid_unit
-from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_of
+from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_in, words_of
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
@@ -113,7 +113,7 @@ def _column_of(name: str, place: int, sensor: str | None) -> Column | None:
         return Column(text, name, place, "s" if text == "t_s" else None, rank=-5)
     bare, unit, index = _split(text)
     bare = _without_accents(bare)
-    tokens = [t.lower() for t in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", bare)]
+    tokens = words_in(bare)
     found = _time_column(tokens, unit, name, place) or _sensor_column(tokens, unit, index, name, place, sensor)
     if found is None and (aid := aid_column(name)):
         datum = 0 if aid.role != "alt_m" else -2 if ABOVE_ELLIPSOID.search(name) else 2 if ABOVE_SEA.search(name) else 0
@@ -346,7 +346,7 @@ def _unit_in(name: str, role: str) -> str | None:
     def spelled(text: str) -> str | None:
         return aid_unit(ROLES[role], text) if role in ROLES else spelled_unit(QUANTITY_OF[role[0]], text)
 
-    words = [word.lower() for word in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", name)]
+    words = words_in(name)
     endings = ("".join(words[-count:]) for count in (3, 2, 1) if len(words) > count)
     return next(filter(None, map(spelled, (_split(name)[1], *(text for text in endings if len(text) > 1 or text in "gm")))), None)
 

@@ -19,6 +19,11 @@ WORDS = (
 )  # fmt: skip
 
 
+def words_in(name: str) -> list[str]:
+    """Those of a name of a column, in lower case: accX_raw2 is acc, x, raw2."""
+    return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+\d*|[A-Z]+\d*(?![a-z])|\d+", name)]
+
+
 def words_of(text: str) -> frozenset[str]:
     """Those of a list, parted by blanks."""
     return frozenset(text.split())
