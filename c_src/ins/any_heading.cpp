@@ -116,17 +116,6 @@ void leave_vertical_bias(const State& s, const Matrix3& before, Covariance& afte
     vec(error + row_gyro) -= vertical_b.dot(vec(error + row_gyro)) * vertical_b;
 }
 
-// The correlation of phi with the gyro bias, phi = -(integral of R) db, was gathered with the attitude R of the old linearisation. A
-// correction of the attitude since the start turns these axes. Without this the covariance mixes linearisations at different headings,
-// which makes the gyro bias about the vertical look observable. Valid while the rotation by the biases is small (small_rad).
-void turn_what_was_gathered(State& s, Covariance& P, const Vector3& turned) {
-    constexpr double small_rad = 0.1;
-    if (P[row_phi + 2][row_phi + 2] > small_rad * small_rad) return;
-    const Matrix3 turn = rotation_matrix(rotation_quaternion(turned));
-    turn_rows(P, row_phi, turn);
-    vec(s.mean + row_phi) = Vector3(turn * vec(s.mean + row_phi));
-}
-
 } // namespace
 
 // Linearises the state at the likeliest alpha, where |u| = 1. GNSS noise in the rows of u shrinks its mean, and the tilt and velocity
@@ -145,7 +134,6 @@ void Model::centre(State& s, Covariance& P, bool look_at_circle) const {
         s.mean[i] -= shift[i];
     }
     apply(s, P, shift);
-    turn_what_was_gathered(s, P, vec(shift + row_phi));
 }
 
 // Applies a correction while the heading is unknown.

@@ -17,12 +17,11 @@ void add_error(const double* error, State& s) {
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
     const Vector3 turned_b = attitude(s).transpose() * vec(error + row_phi);
+    vec(s.turned_b) += turned_b;
     if (is_free(s)) {
         // An attitude correction times an unknown bias is a product of two errors; it is added as noise.
         const Matrix3 turned = cross_matrix(turned_b);
         P.add(row_accel, row_accel, turned * P.block(row_accel, row_accel) * turned.transpose());
-    } else {
-        vec(s.turned_b) += turned_b;
     }
     if (step_) step_->add(error);
     add_error(error, s);
@@ -122,12 +121,12 @@ void judge_velocity(State& s, const Event& event) {
         for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
 }
 
-// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns. When
-// corrections turn the estimate, that direction must stay in t (observability-constrained filters, Huang et al. 2010). If it stayed in
-// body axes, the corrections would seem to observe it.
+// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns, and so are the
+// heading and the gyro bias that replaces the Earth rate (in the search the heading is u instead). When corrections turn the estimate, these must
+// stay in t (observability-constrained filters, Huang et al. 2010). If they stayed in body axes, the corrections would seem to observe them.
 void turn_biases(State& s, Covariance& P) {
     const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
-    turn_rows(P, row_gyro, turn);
+    if (!is_free(s)) turn_rows(P, row_gyro, turn);
     turn_rows(P, row_accel, turn);
     vec(s.turned_b).setZero();
 }
@@ -153,7 +152,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
         note_steps(s, m, c);
     }
     if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) return;
-    if (is_absolute(m) && m.channel == ins::rest)
+    if (is_absolute(m) && m.assumed)
         for (int i = 0; i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
     const Matrix3 gyro_before = P.block(row_gyro, row_gyro);
     reduce(P, c, m.rows);

@@ -10,14 +10,18 @@ constexpr double small_m_s2 = 0.1, longest_s = 1, turns_alike_s = 5;
 // latency look observed: that of a simulated motorcycle was .05 s at a sigma of .03, true .3, its tilt ready and wrong for 5 % of the time.
 constexpr double shortest_age_s = 0.1;
 
+// Variances of vibration and noise per sample and axis, at the low frequencies that an estimate integrates.
+double rate_noise2(const State& s) { return s.slow_noise.at_most(s.held.vibration_rate2, SlowNoise::rate); }
+double force_noise2(const State& s) { return s.slow_noise.at_most(s.held.vibration_force2, SlowNoise::force); }
+
 // Averaging time that reduces vibration to small_m_s2.
 double mean_force_over_s(const State& s) {
-    return std::fmin(longest_s, s.held.vibration_force2 * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
+    return std::fmin(longest_s, force_noise2(s) * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
 // The part of the force in t, averaged over over_s, that turns attitude errors into velocity errors.
 Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
-    const double noise2 = 2 * s.held.vibration_force2 * s.usual_interval_s;
+    const double noise2 = 2 * force_noise2(s) * s.usual_interval_s;
     if (!(noise2 > 0)) return raw;
     const double moved2 = std::fmax(0, s.mean_force2 - noise2 / (2 * mean_force_over_s(s) + s.usual_interval_s));
     Vector3 steady = vec(s.in_t.mean_force);
@@ -52,13 +56,14 @@ Vector3 shown_force(const State& s) {
 // The force in t that turns attitude errors into velocity errors. At rest it is that against gravity: the noise that vibration leaves in the
 // mean made the heading of tactical sensors look observable, in ten minutes 2.1 deg at an error of 6.6 (5.7 and 5.5 with this).
 Vector3 Model::transition_force(const State& s, const Vector3& raw) const {
-    return at_rest(s, s.last_event_s) ? Vector3(-vec(s.gravity)) : moving_force(s, raw, options_.correction_interval_s);
+    return stands(s) ? Vector3(-vec(s.gravity)) : moving_force(s, raw, options_.correction_interval_s);
 }
 
 // Gathers the interval since the last event, evaluated at its middle.
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
     Window& w = s.window;
+    if (!(w.length_s > 0)) quat(w.began_q) = quat(s.seen_q);
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
     const Vector3 raw = R * shown_force(s);
@@ -253,13 +258,13 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
 // Power spectral density of the force noise: that of the sensor, or vibration.
 double Model::force_psd(const State& s) const {
     return std::fmax(square(options_.accel_noise_m_s_per_sqrt_s),
-                     options_.vibration_share * s.usual_interval_s * s.held.vibration_force2);
+                     options_.vibration_share * s.usual_interval_s * force_noise2(s));
 }
 
 // Variance of the rotation about one axis over the window, likewise.
 double Model::turn_variance(const State& s) const {
-    const double psd = std::fmax(square(options_.gyro_noise_rad_per_sqrt_s),
-                                 options_.vibration_share * s.usual_interval_s * s.held.vibration_rate2);
+    const double psd =
+        std::fmax(square(options_.gyro_noise_rad_per_sqrt_s), options_.vibration_share * s.usual_interval_s * rate_noise2(s));
     return psd * s.window.length_s + square(options_.gyro_rate_noise_sqrt_s) * s.window.turned2;
 }
 

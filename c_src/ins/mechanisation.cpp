@@ -94,7 +94,9 @@ void Model::flow_exactly(State& s, double interval_s) const {
 
 void Model::hold(State& s, const Event& event) const {
     const double* y = event.value[imu];
-    s.held.hold(vec(y), vec(y + 3), event.t_s - s.last_s[imu], s.usual_interval_s, hold_of(options_));
+    const double interval_s = event.t_s - s.last_s[imu];
+    s.held.hold(vec(y), vec(y + 3), interval_s, s.usual_interval_s, hold_of(options_));
+    s.slow_noise.note(vec(y), vec(y + 3), interval_s);
 }
 
 void Model::before_flow(State& s, const Event& event) const {

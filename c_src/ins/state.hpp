@@ -16,6 +16,7 @@
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
 #include "signals/sensor_checks.hpp"
+#include "signals/slow_noise.hpp"
 #include "signals/strapdown.hpp"
 
 #include <cmath>
@@ -115,6 +116,7 @@ struct Window {
     double A[9], B[9], C[9], D[9]; // row-major
     double by_scale_A[9], by_scale_B[9], by_scale_C[9];
     double F[3], S[3];
+    double began_q[4]; // attitude at its begin
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3]; // integral of the measured rate, rad
     GapMotion gap;
@@ -211,6 +213,7 @@ struct State {
     InAxes in_t;
     double gravity[3], gravity_at[3]; // where it was computed
     HeldSample held;
+    SlowNoise slow_noise;
     SensorCheck<double> check[checked_count]; // of rate, force and field
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over turns_alike_s, which averages sway

@@ -3,6 +3,7 @@
 #include "signals/gaps.hpp"
 #include "signals/rest.hpp"
 #include "signals/sensor_checks.hpp"
+#include "signals/slow_noise.hpp"
 #include "signals/strapdown.hpp"
 
 #include <gtest/gtest.h>
@@ -189,6 +190,37 @@ TEST(HeldSample, TheFirstSamplesShowNoVibration) {
         EXPECT_EQ(held.vibration_rate2 + held.vibration_force2, 0) << k;
         interval_s = 0.01;
     }
+}
+
+// ------------------------------------------------------------------------------------------------ slow noise
+
+// White noise has one density at all frequencies; a vibration of 40 Hz has less of it in means over .05 s, and a motion more.
+TEST(SlowNoise, OfWhiteSamplesIsTheirVarianceAndOfAVibrationLess) {
+    test::Random random(5);
+    SlowNoise white{}, shaken{}, moved{};
+    for (int k = 0; k < 5000; ++k) {
+        const double t_s = 0.005 * k, vibration = std::sin(2 * M_PI * 40 * t_s), motion = 5 * std::sin(2 * M_PI * 2 * t_s);
+        white.note(random.vector(0.2), random.vector(3), 0.005);
+        shaken.note({vibration, 0, 0}, {0, vibration, 0}, 0.005);
+        moved.note({motion, 0, 0}, {0, motion, 0}, 0.005);
+    }
+    EXPECT_NEAR(white.at_most(1, SlowNoise::rate), 0.04, 0.01);
+    EXPECT_NEAR(white.at_most(100, SlowNoise::force), 9, 2);
+    EXPECT_LT(shaken.at_most(1.0 / 6, SlowNoise::rate), 0.01);
+    EXPECT_EQ(moved.at_most(1e-3, SlowNoise::force), 1e-3);
+}
+
+TEST(SlowNoise, IsThatOfNeighboursAtFirstAndAfterAGap) {
+    SlowNoise noise{};
+    const auto quiet = [&noise](int samples) {
+        for (int k = 0; k < samples; ++k) noise.note(Vector3::Zero(), Vector3::Zero(), 0.01);
+    };
+    quiet(30);
+    EXPECT_EQ(noise.at_most(2, SlowNoise::rate), 2);
+    quiet(70);
+    EXPECT_EQ(noise.at_most(2, SlowNoise::rate), 0);
+    noise.note(Vector3::Zero(), Vector3::Zero(), 3);
+    EXPECT_EQ(noise.at_most(2, SlowNoise::rate), 2);
 }
 
 // ------------------------------------------------------------------------------------------------ gaps and rest

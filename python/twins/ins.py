@@ -1,6 +1,6 @@
 """The navigation filter once it navigates, again in NumPy: attitude and velocity given, satellites, forward hold, closed form.
 
-    twin = InsReference(options, t_s, place, rate, force)       # options: Options with start "state"
+    twin = InsReference(options, t_s, place, rate, force, since_s)  # options: Options with start "state"
     twin.advance(t_s, rate, force)                              # a sample of the inertial sensor; or with the satellites of that instant
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
@@ -63,6 +63,36 @@ def turned(x: Array) -> tuple[Array, Array, Array]:
     return EYE + a * X + b * X2, EYE + b * X + c * X2, 0.5 * EYE + c * X + d * X2
 
 
+class SlowNoise:
+    """What means over a short time show of the noise of rate and force; c_src/signals/slow_noise.hpp."""
+
+    MEAN_S, MEMORY_S, ENOUGH = 0.05, 5.0, 10
+
+    def __init__(self) -> None:
+        self.sum, self.variance = np.zeros((2, 3)), np.zeros(2)
+        self.count, self.length_s = 0, 0.0
+        self.means: list[Array] = []  # the last two
+        self.number = 0
+
+    def note(self, rate: Array, force: Array, T: float) -> None:
+        """A sample, so long after the last one."""
+        self.sum, self.count, self.length_s = self.sum + [rate, force], self.count + 1, self.length_s + T
+        if self.length_s < self.MEAN_S - 0.5 * T:
+            return
+        mean = self.sum / self.count
+        if self.number >= 2:
+            share = max(self.length_s / (self.MEMORY_S + self.length_s), 1 / (self.number - 1))
+            change2 = np.sum((mean - 2 * self.means[1] + self.means[0]) ** 2, axis=1)
+            self.variance = self.variance + share * (self.count * change2 / 18 - self.variance)
+        self.means = [*self.means[-1:], mean]
+        self.number += 1
+        self.sum, self.count, self.length_s = np.zeros((2, 3)), 0, 0.0
+
+    def at_most(self, between: Array) -> Array:
+        """The smaller one of it and the variances between neighbouring samples."""
+        return between if self.number < self.ENOUGH else np.minimum(between, self.variance)
+
+
 class Consistency:
     """What an aid's noise is by the differences of its successive normalised innovations, and the time for which it lasts by their means;
     c_src/estimation/consistency.hpp."""
@@ -119,8 +149,8 @@ class InsReference:
     VERTICAL_LATE_S = 0.06
     """Sigma of the delay that receivers add to the vertical."""
 
-    def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array):
-        """At the first fix: place is latitude and longitude in rad, and height."""
+    def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array, since_s: float):
+        """At the first fix: place is latitude and longitude in rad, and height. since_s: time since the first sample, the one before."""
         self.o = o = options
         self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)
         self.earth_rate = self.T.T @ [0, 0, earth.RATE_RAD_S]
@@ -140,6 +170,8 @@ class InsReference:
         self.interval_s = 0.0
         self.before: tuple[Array, Array] | None = None  # the rate and force held before these
         self.vibration_rate2 = self.vibration_force2 = self.felt2 = 0.0
+        self.slow_noise = SlowNoise()
+        self.slow_noise.note(rate, force, since_s)
         self.felt: Array | None = None
         self.recent_acceleration = np.zeros(3)
         self.put_gravity()
@@ -227,10 +259,16 @@ class InsReference:
             self.vibration_rate2 += share * (float(w @ w) / 18 - self.vibration_rate2)
             self.vibration_force2 += share * (float(f @ f) / 18 - self.vibration_force2)
         self.before = self.rate, self.force
+        self.slow_noise.note(rate, force, T)
+
+    def noise2(self) -> tuple[float, float]:
+        """Variances of rate and force per sample and axis, at low frequencies."""
+        rate2, force2 = self.slow_noise.at_most(np.array([self.vibration_rate2, self.vibration_force2])).tolist()
+        return rate2, force2
 
     def felt_over_s(self) -> float:
         """Time over which vibration is averaged away to something small."""
-        return min(LONGEST_S, self.vibration_force2 * self.interval_s / (2 * SMALL_M_S2**2))
+        return min(LONGEST_S, self.noise2()[1] * self.interval_s / (2 * SMALL_M_S2**2))
 
     def feel(self, force: Array, T: float) -> None:
         """The force without vibration, and its mean square along the horizontal."""
@@ -240,7 +278,7 @@ class InsReference:
 
     def moving_force(self, raw: Array, over_s: float) -> Array:
         """The part of a force, a mean over so long, by which errors of the attitude become those of the velocity."""
-        noise2 = 2 * self.vibration_force2 * self.interval_s
+        noise2 = 2 * self.noise2()[1] * self.interval_s
         if self.felt is None or not noise2 > 0:
             return raw
         moved2 = max(0.0, self.felt2 - noise2 / (2 * self.felt_over_s() + self.interval_s))
@@ -286,8 +324,9 @@ class InsReference:
             P[IRON, IRON] += IRON_WALK**2 * T * np.eye(3)
             P[STRENGTH, STRENGTH] += IRON_WALK**2 * T
         share, one = o.vibration_share * self.interval_s, np.eye(3)
-        accel = max(o.accel_noise_m_s_per_sqrt_s**2, share * self.vibration_force2) * T
-        gyro = max(o.gyro_noise_rad_per_sqrt_s**2, share * self.vibration_rate2) * T
+        rate2, force2 = self.noise2()
+        accel = max(o.accel_noise_m_s_per_sqrt_s**2, share * force2) * T
+        gyro = max(o.gyro_noise_rad_per_sqrt_s**2, share * rate2) * T
         P[V, V] += accel * one
         P[D, D] += accel * T**2 / 3 * one
         P[D, V] += accel * T / 2 * one

@@ -230,8 +230,14 @@ def test_between_samples_that_are_there_the_rate_goes_evenly():
     assert run.heading_rad[-1] == pytest.approx(angles[-1, 0], abs=1e-5)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_samples_that_are_missing_while_a_hand_turns_the_body_cost_what_sigma_says(seed):
+def test_samples_that_are_missing_while_a_hand_turns_the_body_cost_what_sigma_says():
+    """The heading of a body that stays where it is wanders: one run is one draw of its error."""
+    z2, tilt2 = zip(*[errors_with_missing_samples(seed) for seed in range(8)])
+    assert np.mean(z2, axis=0).max() < 1.5 and np.max(z2, axis=0)[:2].max() < 1 and np.degrees(np.sqrt(np.max(tilt2))) < 3
+
+
+def errors_with_missing_samples(seed):
+    """Mean squared normalised errors of the attitude about the three axes, and the mean squared tilt, rad^2."""
     rng, t = np.random.default_rng(seed), np.arange(4001) / 100
     phases, rates_hz = rng.uniform(0, 2 * np.pi, 3), rng.uniform(0.3, 0.8, 3)
     t, rate, force, attitude = swung(1.2 * np.sin(2 * np.pi * t[:, None] * rates_hz + phases))
@@ -251,8 +257,7 @@ def test_samples_that_are_missing_while_a_hand_turns_the_body_cost_what_sigma_sa
     late = run.t_s > 5
     assert (run.phase[late] == PHASES.index("navigating")).all()
     error = (Rotation.from_quat(run.q_nb[late], scalar_first=True) * attitude[there][late].inv()).as_rotvec()
-    z2 = np.mean((error / run.sigma_rotation_rad[late]) ** 2, axis=0)
-    assert z2.max() < 2 and np.degrees(np.sqrt(np.mean(error[:, :2] ** 2))) < 3
+    return np.mean((error / run.sigma_rotation_rad[late]) ** 2, axis=0), np.mean(error[:, :2] ** 2)
 
 
 def test_health_names_a_wild_sample_a_stamp_ahead_and_what_is_missing():
@@ -346,21 +351,66 @@ def after_a_rest(along_m_s, velocities=True):
     return ins, ins.run(t, 0.001 * rng.standard_normal((n, 3)), force, aids), velocity
 
 
-@pytest.mark.parametrize("seed", [21_000_036, 21_000_047, 21_000_149])
-def test_noise_tells_nothing_of_a_bias_while_the_heading_is_sought(seed):
+def test_noise_observes_no_bias_while_the_heading_is_sought():
     """The likeliest heading of a slow ship wanders half around the circle meanwhile, and tilt and velocity with it."""
-    samples, truth = vehicle("ship", "industrial", seed, 100.0)
-    rows = np.arange(1, len(truth.t_s), RATE_HZ // 5)
-    place = earth.place_of(truth.position_e[rows])
-    velocity_n = np.einsum("nij,ni->nj", earth.axes_at(place), truth.velocity_e[rows])
-    aids = hnav.Aids().velocity(truth.t_s[rows], velocity_n, 0.1).position(truth.t_s[rows], *place.T, 0.5)
-    rate, force = ideal(truth)
-    sigmas = []
-    for given in (samples, replace(samples, rate_b_rad_s=rate, force_b_m_s2=force, aids=aids)):
+    z2 = []
+    for seed in (36, 38, 47, 79, 88, 106, 107, 115, 147, 149):  # the smallest sigmas of 150
+        samples, truth = vehicle("ship", "industrial", 21_000_000 + seed, 100.0)
         ins = hnav.Ins("industrial", **FAST)
-        navigate(given, ins)
-        sigmas.append(ins.navigation().sigma_gyro_bias_rad_s[2])
-    assert sigmas[0] > 0.85 * sigmas[1]
+        navigate(samples, ins)
+        now, bias = ins.navigation(), np.mean(samples.rate_b_rad_s - ideal(truth)[0], axis=0)
+        z2.append((now.gyro_bias_rad_s[2] - bias[2]) ** 2 / now.sigma_gyro_bias_rad_s[2] ** 2)
+    assert np.mean(z2) < 1.3 and np.max(z2) < 9
+
+
+@pytest.mark.parametrize("grade", ["consumer", "industrial"])
+@pytest.mark.parametrize("satellites", [True, False])
+def test_ten_minutes_at_rest_show_nothing_of_the_tilt(grade, satellites):
+    """A tilt and the bias that produces the same force are one direction that a body which stands does not observe, whatever its gyroscopes show."""
+    z2, sigmas = [], []
+    for seed in range(4):
+        samples, truth = vehicle("rest", grade, 3_000_000 + seed, 600.0)
+        place = earth.place_of(truth.position_e[0])
+        ends = np.arange(99, len(truth.t_s), 100)
+        aids = (
+            hnav.Aids()
+            .velocity(truth.t_s[ends], np.zeros((len(ends), 3)), 0.1)
+            .position(truth.t_s[ends], *np.tile(place, (len(ends), 1)).T, 1.5)
+        )
+        given = dict(start_place="given", start_latitude_rad=place[0], start_longitude_rad=place[1], start_height_m=place[2])
+        ins = hnav.Ins(grade, **({} if satellites else given), **FAST)
+        run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids if satellites else samples.aids, every=100)
+        down = Rotation.from_quat(run.q_nb[[30, -1]], scalar_first=True).inv().apply([0.0, 0, 1])
+        true = (Rotation.from_matrix(earth.axes_at(place).T) * truth.attitude_e[-1]).inv().apply([0.0, 0, 1])
+        sigmas.append(np.hypot(*run.sigma_rotation_rad[[30, -1], :2].T))
+        z2.append(np.sum(np.cross(down[1], true) ** 2) / sigmas[-1][1] ** 2)
+    assert np.mean(z2) < 2.5  # the second start draws biases of 3.7 sigmas
+    begin, end = np.mean(sigmas, axis=0)
+    assert end == pytest.approx(begin, rel=0.03)
+
+
+def test_a_stated_rest_is_an_instant():
+    """As of a foot: it stands for a moment of every step, and turns all the while."""
+    n, rng = 6001, np.random.default_rng(2)
+    t = np.arange(n) / 100
+    in_step, psi = t % 1.0, 0.2 * np.sin(0.3 * np.maximum(0, t - 10))
+    speed = np.where((in_step < 0.4) | (t < 10), 0, 2 * np.sin(np.pi * (in_step - 0.4) / 0.6) ** 2)
+    velocity = speed[:, None] * np.column_stack([np.cos(psi), np.sin(psi), 0 * psi])
+    turn, middle = np.diff(psi, prepend=0), psi - np.diff(psi, prepend=0) / 2
+    gain = np.diff(velocity, axis=0, prepend=0) * 100 - [0, 0, 9.81]
+    force = Rotation.from_euler("z", middle[:, None]).inv().apply(gain) + 0.02 * rng.standard_normal((n, 3))
+    rate = np.column_stack([0 * turn, 0 * turn, 100 * turn]) + 0.001 * rng.standard_normal((n, 3))
+    stands = np.flatnonzero((np.abs(in_step - 0.2) < 0.005) | ((t < 10) & (np.arange(n) % 20 == 0)))
+    fix = np.arange(50, n, 100)
+    way = np.cumsum(velocity, axis=0)[fix] / 100
+    place = np.array([0.8, 0.2, 50.0])
+    seen = np.array([earth.place_of(earth.position_of(place) + earth.axes_at(place) @ to) for to in way])
+    aids = hnav.Aids().rest(t[stands], 0.01).position(t[fix], *seen.T, 1.0)
+    aids.velocity(t[fix], velocity[fix] + 0.1 * rng.standard_normal((len(fix), 3)), 0.1)
+    run = hnav.Ins("industrial", **FAST).run(t, rate, force, aids)
+    late = run.t_s > 15
+    error2 = np.sum((run.velocity_n_m_s - velocity)[late, :2] ** 2, axis=1)
+    assert np.mean(error2 / np.sum(run.sigma_velocity_m_s[late, :2] ** 2, axis=1)) < 1
 
 
 @pytest.mark.parametrize("seed", [42_000_087, 42_000_190])
