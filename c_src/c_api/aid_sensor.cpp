@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 using hnav::AidSensor;
 using hnav::Quaternion;
@@ -25,8 +26,8 @@ namespace {
 // Conditions on several options.
 hnav_status check_latency(const hnav::CallersMessage& caller, const char* what, double latency_s, double period_s) {
     if (latency_s <= hnav::max_latency_periods * period_s) return HNAV_OK;
-    return caller.fail(HNAV_ERROR_OPTION, "%s = %g is more than %g times the period_s = %g", what, latency_s,
-                       hnav::max_latency_periods, period_s);
+    return caller.fail(HNAV_ERROR_OPTION, "%s = %g is more than %g times %.*s.period_s = %g", what, latency_s,
+                       hnav::max_latency_periods, static_cast<int>(std::strcspn(what, ".")), what, period_s);
 }
 
 hnav_status check_truth(const hnav_aid_sensor* sensor, const hnav_vehicle_truth& truth) {

@@ -19,7 +19,7 @@ hnav_status check_creation(const CallersMessage& caller, hnav_filter** filter, c
     if (status != HNAV_OK) return status;
     for (const Argument& q : {Argument{options->start_q_nb, "start_q_nb"}, Argument{options->q_body_sensor, "q_body_sensor"}})
         if (Quaternion(static_cast<const double*>(q.pointer)).squaredNorm() < 0.01)
-            return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length is below 0.1", q.name);
+            return caller.fail(HNAV_ERROR_OPTION, "%s is no attitude: its length must be at least 0.1", q.name);
     return HNAV_OK;
 }
 

@@ -107,9 +107,14 @@ bool Problem::check_bounds(const Statistics& g, Refusal& why) const {
             return why.refuse(Refusal::impossible, "min[%d] = %g is not below max[%d] = %g", i, g.min[i], i, g.max[i]);
     for (int k = 0; g.logarithmic && k < sizes.parameters; ++k) {
         const int i = moving + k;
-        if (g.logarithmic[k] && !(at(g.start, i, 0) > 0 && at(g.max, i, HUGE_VAL) > 0))
+        if (!g.logarithmic[k]) continue;
+        const double mean = at(g.start, i, 0), spread = std::max(g.start_sigma[i], at(g.noise, i, 0)) / mean;
+        if (!(mean > 0 && at(g.max, i, HUGE_VAL) > 0))
             return why.refuse(Refusal::impossible, "start[%d] = %g and its max must be above 0: it is estimated by its logarithm",
-                              i, at(g.start, i, 0));
+                              i, mean);
+        if (!std::isfinite(spread * spread))
+            return why.refuse(Refusal::impossible, "start[%d] = %g is too far below its start_sigma and noise: raise it", i,
+                              mean);
     }
     return true;
 }

@@ -128,9 +128,10 @@ Status Instance::set_debug_logging(bool on, std::size_t n, const char* const* ca
 
 void Instance::say(Status status, const char* format, va_list arguments) const {
     if (!importer_.log || !logged_[static_cast<int>(status)]) return;
-    char text[512];
+    char text[512], shown[640] = "";
     std::vsnprintf(text, sizeof text, format, arguments);
-    importer_.log(*this, status, text);
+    table_.name_fields(text, shown, sizeof shown);
+    importer_.log(*this, status, shown);
 }
 
 Status Instance::fail(const char* format, ...) const {

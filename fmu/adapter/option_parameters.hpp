@@ -46,6 +46,9 @@ inline Variable option_row(OptionAt option_at, const hnav_option_info& option, c
                  &option, option.choice_count};
     v.min = option.min;
     v.max = option.max;
+    v.min_is_open = option.min_is_open != 0;
+    v.max_is_open = option.max_is_open != 0;
+    v.field = option.name;
     v.start = hnav_option_value(&option, options, component);
     return v;
 }

@@ -4,11 +4,14 @@
 // references: see arrays.hpp.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
+#include <string_view>
 
 namespace hnav::fmu {
 
@@ -45,12 +48,26 @@ struct Variable {
     Variability variability;
     double start; // of parameters and inputs
     double min, max;
+    bool min_is_open, max_is_open;
     DependsOn depends_on;
     unsigned group; // the bit of Model::refresh of its group
     int derivative_of; // row of the state, or -1
     bool is_state;
     bool basic; // one of the dozen parameters that most users set
     int clock; // row of the clock that it belongs to, or -1
+    const char* field; // of the library, which calls it so in messages, or field[element] unless that is -1; may be null
+    int element;
+
+    // False for NaN and for infinities.
+    bool admits(double value) const {
+        return std::isfinite(value) && (min_is_open ? value > min : value >= min) && (max_is_open ? value < max : value <= max);
+    }
+    bool is_field(std::string_view word) const {
+        if (!field || element < 0) return field && word == field;
+        char own[64];
+        std::snprintf(own, sizeof own, "%s[%d]", field, element);
+        return word == own;
+    }
 };
 
 // FNV-1a, 64 bits.
@@ -122,7 +139,31 @@ public:
         return hash.value;
     }
 
+    // Copies a message with the names of variables in place of fields of the library. A field that may be a word of a sentence
+    // counts only before its value.
+    void name_fields(const char* text, char* out, std::size_t size) const {
+        constexpr const char* ends = " ,:;";
+        for (std::size_t used = 0; *text && used < size;) {
+            const std::string_view word(text, std::strcspn(text, ends));
+            text += word.size();
+            const bool sure = word.find_first_of("_[") != word.npos || std::strncmp(text, " = ", 3) == 0;
+            const int row = sure ? row_of_field(word) : -1;
+            // A vector whose components have one field is named as a whole.
+            const std::string_view name = row < 0 ? word : rows_[row].name;
+            const auto shown = row >= 0 && rows_[row].element < 0 ? std::min(name.find('['), name.size()) : name.size();
+            const std::size_t gap = std::strspn(text, ends);
+            used += std::snprintf(out + used, size - used, "%.*s%.*s", int(shown), name.data(), int(gap), text);
+            text += gap;
+        }
+    }
+
 private:
+    int row_of_field(std::string_view word) const {
+        for (int row = 0; row < size_; ++row)
+            if (rows_[row].is_field(word)) return row;
+        return -1;
+    }
+
     int add_elements(const Variable& variable, int n, bool triangle) {
         const int first = size_;
         for (int i = 1; i <= n; ++i)
@@ -150,7 +191,7 @@ inline Variable variable(const char* name, Type type, Causality causality, Varia
     v.variability = variability;
     v.min = -no_bound;
     v.max = no_bound;
-    v.derivative_of = v.clock = -1;
+    v.derivative_of = v.clock = v.element = -1;
     return v;
 }
 

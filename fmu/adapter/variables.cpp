@@ -111,9 +111,10 @@ Status Instance::check_value(const Variable& v, double value) const {
     }
     if (v.causality != Causality::parameter) return fail("%s is no parameter or input and cannot be set", v.name);
     if (!allowed(Call::set_parameter)) return Status::error;
-    // A NaN fails this comparison too.
-    if (!(value >= v.min && value <= v.max)) return fail("%s = %g lies outside [%g, %g]", v.name, value, v.min, v.max);
-    return Status::ok;
+    if (v.admits(value)) return Status::ok;
+    const auto open = [](double bound, bool is_open) { return is_open || std::isinf(bound); };
+    return fail("%s = %g is impossible: it must be in %c%g, %g%c", v.name, value, open(v.min, v.min_is_open) ? '(' : '[', v.min,
+                v.max, open(v.max, v.max_is_open) ? ')' : ']');
 }
 
 // The same for all rows of a variable. A separate function, because a simulation mostly sets inputs.

@@ -14,6 +14,7 @@ struct Parameters {
         using namespace rows;
         interval = table.add(parameter("interval", "s", interval_s, min_period_s, 1e6, "Interval between samples"));
         table.row(interval).display_unit = "ms";
+        table.row(interval).field = "interval_s";
         euler_colour =
             table.add(flag("euler_colour", "INS error by 1 - dt/tau, as the paper prints it, in place of exp(-dt/tau)"));
         exact_process_noise = table.add(flag(
@@ -32,9 +33,10 @@ struct Parameters {
         ins_error_sigma = add_each(table, "ins_error_sigma", states,
                                    parameter("", "", 0, 0, 1e9, "Coloured error of the channel, standard deviation"),
                                    aircraft::ins_error_sigma);
-        ins_error_time_constant = add_each(table, "ins_error_time_constant", states,
-                                           parameter("", "s", 0, 0, 1e9, "Coloured error of the channel, time constant, above 0"),
-                                           ins_error_time_constant_s);
+        ins_error_time_constant = add_each(
+            table, "ins_error_time_constant", states,
+            time_constant("accelerometer_error.time_constant_s", 0, "Coloured error of the channel, time constant, above 0"),
+            ins_error_time_constant_s);
         start = add_each(table, "start", states, parameter("", "", 0, -1e9, 1e9, "State at the first sample, mean"));
         start_sigma =
             add_each(table, "start_sigma", states, parameter("", "", 0, 0, 1e9, "State at the first sample, standard deviation"),

@@ -26,9 +26,18 @@ int add_each(Table& table, const char* prefix, const Quantity (&quantities)[n], 
             v.display_unit = quantities[i].display_unit;
         }
         if (start) v.start = start[i];
+        if (v.field) v.element = i;
         table.add(v);
     }
     return first;
+}
+
+// Of a coloured error. field: as in hnav_aircraft_model.
+inline Variable time_constant(const char* field, double start_s, const char* text) {
+    Variable v = rows::parameter("", "s", start_s, 0, 1e9, text);
+    v.min_is_open = true;
+    v.field = field;
+    return v;
 }
 
 } // namespace hnav::fmu::aircraft

@@ -56,9 +56,9 @@ private:
         gravity_sigma = add_each(
             table, "gravity_error_sigma", states,
             parameter("", "", 0, 0, 1e9, "Second coloured error of the channel, from the gravity model, standard deviation"));
-        gravity_time_constant =
-            add_each(table, "gravity_error_time_constant", states,
-                     parameter("", "s", 200, 0, 1e9, "Second coloured error of the channel, time constant, above 0"));
+        gravity_time_constant = add_each(table, "gravity_error_time_constant", states,
+                                         aircraft::time_constant("gravity_error.time_constant_s", 200,
+                                                                 "Second coloured error of the channel, time constant, above 0"));
     }
 
     void describe_commands(Table& table) {
@@ -72,6 +72,7 @@ private:
         for (int j = 0; j < nu; ++j) {
             table.row(amplitude + j).start = aircraft::commands[j].amplitude;
             table.row(period + j).start = aircraft::commands[j].period_s;
+            table.row(period + j).min_is_open = true;
             table.row(phase + j).start = aircraft::commands[j].phase_rad;
             table.row(phase + j).display_unit = "deg";
         }

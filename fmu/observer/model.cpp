@@ -217,14 +217,9 @@ private:
     }
 
     bool check_periods(const double* values, Message* why) const {
-        for (int c = 0; c < channels(); ++c) {
-            const double period = period_s(values, c);
-            if (!(period > 0) || period >= min_period_s) continue;
-            std::snprintf(why->text, sizeof why->text, "the period %g s of a sensor or input is below %g s; 0 means never",
-                          period, min_period_s);
-            return false;
-        }
-        return true;
+        int c = 0;
+        while (c < channels() && check_period(name_of(c, false), period_s(values, c), why)) ++c;
+        return c == channels();
     }
 
     // The created observer must have the sizes of the table.
@@ -255,8 +250,8 @@ private:
         known.start = take(start, N, starts);
         known.start_sigma = take(start_sigma, N, start_sigmas);
         known.noise = take(noise, N, noises);
-        known.sensor_sigma = take(sensor_noise, at_.sizes.sensors, sensor_sigmas);
-        known.gate_nis = take(sensor_gate, at_.sizes.sensors, gates);
+        known.sensor_sigma = take(sensor_sigma, at_.sizes.sensors, sensor_sigmas);
+        known.gate_nis = take(gate_nis, at_.sizes.sensors, gates);
         return make(why, hnav_observer_open_known, &options, folder_, &known);
     }
 

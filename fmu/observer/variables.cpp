@@ -35,8 +35,8 @@ constexpr Kind kinds[] = {
     {"start", Type::real, Causality::parameter, -1, Index::estimated},
     {"start_sigma", Type::real, Causality::parameter, -1, Index::estimated},
     {"noise", Type::real, Causality::parameter, -1, Index::estimated},
-    {"sensor_noise", Type::real, Causality::parameter, -1, Index::sensors},
-    {"sensor_gate", Type::real, Causality::parameter, -1, Index::sensors},
+    {"sensor_sigma", Type::real, Causality::parameter, -1, Index::sensors},
+    {"gate_nis", Type::real, Causality::parameter, -1, Index::sensors},
     {"option", Type::real, Causality::parameter, -1, Index::options}, // its type is the option's
     {"post_t", Type::real, Causality::output, posterior_group, Index::one},
     {"post", Type::real, Causality::output, posterior_group, Index::estimated},
@@ -85,6 +85,13 @@ Type type_of_option(int index) {
     return option && option->kind == HNAV_OPTION_CHOICE ? Type::enumeration : Type::real;
 }
 
+// What messages of the library call it.
+const char* field_of(Role role, int index) {
+    const hnav_option_info* info = role == option ? hnav_option("observer", index) : nullptr;
+    if (info) return info->name;
+    return role == sensor_value ? "outputs" : role == derivative ? "derivatives" : kinds[role].word;
+}
+
 } // namespace
 
 bool Variables::read(const char* path, Message* why) {
@@ -103,7 +110,7 @@ bool Variables::read(const char* path, Message* why) {
         ++number;
         line[std::strcspn(line, "\r\n")] = '\0';
         ended = std::strcmp(line, "end") == 0;
-        if (number == 1) wrong = std::strcmp(line, "hnav_observer_variables 1") == 0 ? nullptr : "this is of another version";
+        if (number == 1) wrong = std::strcmp(line, "hnav_observer_variables 2") == 0 ? nullptr : "this is of another version";
         else if (!ended) wrong = take(line);
     }
     std::fclose(file);
@@ -172,6 +179,8 @@ const char* Variables::add(Role role, int index, double start, double min, doubl
     v.start = start;
     v.min = min;
     v.max = max;
+    v.field = field_of(role, index);
+    v.element = role == option ? -1 : index;
     if (kind.group >= 0) v.group = 1u << kind.group;
     if ((role == state || role == derivative) && !flows(v, role, index)) return "states stand together, in order";
     if (role == indicator && index != sizes.indicators++) return "indicators stand in order";

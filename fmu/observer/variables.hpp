@@ -1,7 +1,7 @@
 // The variables of an Observer FMU. They belong to the plant inside, so they stand in a text in its resources, which hnav.Observer.export
 // writes beside modelDescription.xml from the same table:
 //
-//     hnav_observer_variables 1          first
+//     hnav_observer_variables 2          first
 //     sizes STATES UNKNOWN PARAMETERS KNOWN SENSORS NX    second
 //     ROLE INDEX START MIN MAX NAME      a variable, in the order of the value references; INDEX: of the sensor, input, ...
 //     end                                last
@@ -28,8 +28,8 @@ enum Role {
     start,
     start_sigma,
     noise,
-    sensor_noise,
-    sensor_gate,
+    sensor_sigma,
+    gate_nis,
     option,
     post_t,
     post,

@@ -102,6 +102,7 @@ def test_a_bound_that_is_active_is_a_finding():
     [
         ({"min": 1.0, "max": 0.5}, "min of g is 1 and its max 0.5"),
         ({"log": True, "start": 0.0}, "above 0: it is estimated by its logarithm"),
+        ({"log": True, "start": 1e-200}, r"start\[1\] = 1e-200 is too far below its start_sigma and noise: raise it"),
     ],
 )
 def test_bounds_that_cannot_be(change, said):

@@ -228,9 +228,9 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
     for k, (name, sensor) in enumerate(plan.sensors.items()):
         noise = abs(sensor.factor) * sensor.noise
         unit, text = _unit(observer, sensor.of), "Standard deviation of a sample"
-        yield _parameter("sensor_noise", k, f"{name}.noise", text, noise, unit, is_difference=True)
+        yield _parameter("sensor_sigma", k, f"{name}.noise", text, noise, unit, is_difference=True)
         text = "NIS beyond which a sample is used with more noise, once ready; 0: never"
-        yield _parameter("sensor_gate", k, f"{name}.gate_nis", text, sensor.gate_nis)
+        yield _parameter("gate_nis", k, f"{name}.gate_nis", text, sensor.gate_nis)
     yield from _options(observer)
 
 
@@ -368,7 +368,7 @@ def _variables(observer: Observer, rows: list[Row]) -> str:
     """The table as the binary reads it: fmu/observer/variables.hpp."""
     plan, nx = observer.plan, sum(row.is_state for row in rows)
     sizes = [len(of) for of in (plan.states, plan.unknown_inputs, plan.parameters, plan.inputs, plan.sensors)]
-    lines = ["hnav_observer_variables 1", f"sizes {' '.join(map(str, [*sizes, nx]))}"]
+    lines = ["hnav_observer_variables 2", f"sizes {' '.join(map(str, [*sizes, nx]))}"]
     lines += [f"{row.role} {row.index} {float(row.start)!r} {row.min!r} {row.max!r} {row.name}" for row in rows]
     return "\n".join([*lines, "end", ""])
 
