@@ -14,7 +14,7 @@ constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
 constexpr int samples_to_ready = 20, violations_to_fall = 3;
 constexpr double sure_part = 0.99;
 constexpr double samples_to_check = 8; // the usual change is then estimated
-constexpr double stale_runs = 4; // usual runs of equal samples; further repetitions of a sensor with noise carry no information
+constexpr double stale_runs = 4; // usual runs of equal samples; further repetitions of a sensor with noise have one common error
 
 } // namespace
 
@@ -152,7 +152,8 @@ void Model::forget_time(State& s) const {
 // Factor on the variance of a sample from the history of its sensor; infinite: rejected. An outlier deviates from the previous
 // sample, in sigmas of the sensor and in usual changes, and from the prediction. A sensor is stuck if it repeats a value while
 // the plant moves away from that value. If a sensor with noise repeats a value for longer than its resolution explains, its
-// samples have one common error.
+// samples have one common error: the weights 1/(1 + n)^2 of the repetitions sum to 0.64, those of 1/(1 + n) to infinity, and a slow
+// plant would be held at the value.
 double Model::variance_factor(State& s, const Event& event, int k) const {
     const Layout& at = layout();
     double* v = s.x();
@@ -173,7 +174,7 @@ double Model::variance_factor(State& s, const Event& event, int k) const {
         return HUGE_VAL;
     }
     const double stale = health.has_noise() ? repeats - stale_runs * (1 + usual) : 0;
-    return stale > 0 ? 1 + stale : 1;
+    return stale > 0 ? (1 + stale) * (1 + stale) : 1;
 }
 
 // Factors on the variances of the sensors, and the mean of the NIS.

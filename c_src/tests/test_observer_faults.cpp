@@ -129,6 +129,13 @@ void on_both(const char* name, const FaultOf& fault, double by_s, int lies,
 constexpr double at_s = 30;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
+Fault stuck_for_5_s(const Plant&) {
+    return [held = 0.0](double t_s, double y) mutable {
+        if (t_s < at_s || t_s > at_s + 5) held = y;
+        return Sample{t_s, held};
+    };
+}
+
 Fault as_it_is(const Plant&) {
     return [](double t_s, double y) { return Sample{t_s, y}; };
 }
@@ -165,16 +172,17 @@ TEST(ObserverFaults, AStepThatStaysIsBelieved) {
 
 // At a nearly constant level a stuck sensor cannot be detected, but its samples carry no new information.
 TEST(ObserverFaults, AStuckSensorIsLeftOut) {
-    for (const bool tank : {false, true}) {
-        const auto stuck = [](const Plant&) {
-            return [held = 0.0](double t_s, double y) mutable {
-                if (t_s < at_s || t_s > at_s + 5) held = y;
-                return Sample{t_s, held};
-            };
-        };
-        expect_recovery(tank, "stuck", stuck, tank ? 0 : at_s + 5.6, 2,
+    for (const bool tank : {false, true})
+        expect_recovery(tank, "stuck", stuck_for_5_s, tank ? 0 : at_s + 5.6, 2,
                         [tank](const hnav_observer_info& i) { EXPECT_TRUE(tank || i.stuck > 200) << i.stuck; });
-    }
+}
+
+// The level drifts by some sigmas of the sensor meanwhile.
+TEST(ObserverFaults, AStuckSensorDoesNotHoldASlowPlant) {
+    const Plant p = plant(true);
+    int wrong = 0;
+    for (unsigned seed = 1; seed <= 100; ++seed) wrong += run(p, seed, stuck_for_5_s(p)).lies > 2;
+    EXPECT_LE(wrong, 1);
 }
 
 TEST(ObserverFaults, ConstantSamplesWithoutNoiseAreNeitherStuckNorOutliers) {
