@@ -19,7 +19,7 @@ from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import AIDS, Aids
 from hnav.filters.ins_answers import InsRun
 from hnav.filters.options import Options
-from hnav.io.aids import AidSamples, arrived_within
+from hnav.io.aids import AidSamples, AidsOfFile, arrived_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 
@@ -45,7 +45,9 @@ def with_aids(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording
     when no time of theirs lies within the recording."""
     begin_s, end_s = float(recording.t_s[0]), float(recording.t_s[-1])
     refuse_other_clock(recording.name, begin_s, end_s, aids)
-    return replace(recording, aids={**recording.aids, **aids})
+    origin, notes = recording.origin, aids.notes if isinstance(aids, AidsOfFile) else ()
+    origin = replace(origin, notes=(*origin.notes, *notes)) if origin else None
+    return replace(recording, aids={**recording.aids, **aids}, origin=origin)
 
 
 def refuse_other_clock(name: str, begin_s: float, end_s: float, aids: Mapping[str, AidSamples]) -> None:

@@ -50,6 +50,13 @@ class AidSamples:
         return self.rows(fresh)
 
 
+class AidsOfFile(dict[str, AidSamples]):
+    """By kind, the samples of a file of their own."""
+
+    notes: tuple[str, ...] = ()
+    """Choices of the reader: columns left out, quality of the fixes."""
+
+
 def by_arrival(samples: AidSamples) -> AidSamples:
     """The samples in order of arrival."""
     return samples.rows(np.argsort(samples.arrived_s, kind="stable"))

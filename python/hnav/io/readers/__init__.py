@@ -13,7 +13,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hnav.io.aids import AidSamples
+from hnav.io.aids import AidsOfFile
+from hnav.io.readers.aids import NO_POSITIONS
+from hnav.io.readers.clock import DAMAGED, MENDED, ORDERED
 from hnav.io.readers.formats import FORMATS, reader_of
 from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of, refuse_unused_names
 from hnav.io.readers.tables import raw_of, table_of
@@ -69,8 +71,8 @@ def read_aids(
     time_unit: str | None = None,
     drop_repeats: bool = False,
     fixes_late_s: float = 0.0,
-) -> dict[str, AidSamples]:
-    """Aiding samples of a separate file, by kind: a table, NMEA, a log of PX4 or ROS. Arguments as of read.
+) -> AidsOfFile:
+    """Aiding samples of a separate file, by kind: a table, NMEA, a log of PX4 or ROS, a solution of RTKLIB. Arguments as of read.
 
     In a table with the column received_s, received_s is the arrival and t_s the validity of each row; rows may be in any order.
     Raises RecordingError, for a file without any too.
@@ -79,7 +81,10 @@ def read_aids(
     wishes = Wishes(columns or {}, time_unit=time_unit, drop_repeats=drop_repeats, fixes_late_s=fixes_late_s, only_aids=True)
     raw = _raw(path, format, wishes)
     refuse_unused_names(str(path), raw, wishes)
-    if not (found := aids_of(raw, wishes)):
+    found = AidsOfFile(aids_of(raw, wishes))
+    warned = (NO_POSITIONS, MENDED, ORDERED, DAMAGED)
+    found.notes = tuple(note if note.startswith(warned) else f"{path.name}: {note}" for note in raw.notes)
+    if not found:
         raise RecordingError(
             f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
             "or heading (antenna_heading_deg): name its columns by columns lat_deg=NAME"

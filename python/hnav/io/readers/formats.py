@@ -16,6 +16,7 @@ from hnav.io.readers.receivers import is_gpx, is_ubx, read_gpx, read_ubx
 from hnav.io.readers.records import is_json, is_npz, read_json, read_npz
 from hnav.io.readers.robots import is_bag, is_euroc, is_ulog, read_bag, read_euroc, read_ulog
 from hnav.io.readers.rostopic import is_rostopic, read_rostopic
+from hnav.io.readers.rtklib import is_pos, read_pos
 from hnav.io.readers.serial_text import is_serial_text, read_serial_text
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.tables import UTF_16, read_parquet, read_table, without_zeros
@@ -54,6 +55,7 @@ FORMATS = {
     "xsens-text": Format("text exported by MT Manager of Xsens, or from a DOT", is_xsens_text, read_xsens_text),
     "ubx": Format("messages of a u-blox receiver (UBX)", is_ubx, read_ubx),
     "gpx": Format("track of satellites (.gpx)", is_gpx, read_gpx),
+    "rtklib": Format("solutions of RTKLIB (.pos)", is_pos, read_pos),
     "json": Format("JSON: records, columns, Sensor Logger, Movesense", is_json, read_json),
     "betaflight": Format("blackbox of Betaflight as CSV", is_betaflight, read_betaflight),
     "nmea": Format("sentences of a receiver of satellites (NMEA 0183)", is_nmea, read_nmea),
