@@ -259,6 +259,104 @@ def cut_off(folder: Path, r: Recording) -> Path:
     return path
 
 
+GNSS_LOGGER = """# Header Description:
+# Raw,utcTimeMillis,TimeNanos,LeapSecond
+# UncalAccel,utcTimeMillis,elapsedRealtimeNanos,UncalAccelXMps2,UncalAccelYMps2,UncalAccelZMps2,BiasXMps2,BiasYMps2,BiasZMps2
+# UncalGyro,utcTimeMillis,elapsedRealtimeNanos,UncalGyroXRadPerSec,UncalGyroYRadPerSec,UncalGyroZRadPerSec,DriftXRadPerSec,DriftYRadPerSec,DriftZRadPerSec
+# UncalMag,utcTimeMillis,elapsedRealtimeNanos,UncalMagXMicroT,UncalMagYMicroT,UncalMagZMicroT,BiasXMicroT,BiasYMicroT,BiasZMicroT
+# Fix,Provider,LatitudeDegrees,LongitudeDegrees,AltitudeMeters,SpeedMps,AccuracyMeters,BearingDegrees,UnixTimeMillis
+"""
+SENSOR_DATA = """% LogFile created by the App 'GetSensorData' for Android.
+%  ACCE;AppTimestamp(s);SensorTimestamp(s);Acc_X(m/s^2);Acc_Y(m/s^2);Acc_Z(m/s^2);Accuracy(integer)
+%  GYRO;AppTimestamp(s);SensorTimestamp(s);Gyr_X(rad/s);Gyr_Y(rad/s);Gyr_Z(rad/s);Accuracy(integer)
+%  MAGN;AppTimestamp(s);SensorTimestamp(s);Mag_X(uT);;Mag_Y(uT);Mag_Z(uT);Accuracy(integer)
+%  PRES;AppTimestamp(s);SensorTimestamp(s);Pres(mbar);Accuracy(integer)
+%  GNSS;AppTimestamp(s);SensorTimeStamp(s);Latit(deg);Long(deg);Altitude(m);Bearing(deg);Accuracy(m);Speed(m/s);SatInView;SatInUse
+"""
+
+
+def _logged(
+    folder: Path, name: str, r: Recording, head: str, row: Callable[[str, float, str], str], names: str, fix: str
+) -> Path:
+    """A row for each sample under a header of remarks, and remarks between the rows."""
+    lines = []
+    for k, (t, *samples) in enumerate(zip(r.t_s.tolist(), *vectors(r))):
+        mark = row(",", t, "")[-1]
+        lines += [row(kind, t, mark.join(f"{v:.9f}" for v in sample)) for kind, sample in zip(names.split(), samples)]
+        lines += [fix.format(ms=EPOCH_NS // 10**6 + round(1e3 * t), t=t)] if k % 100 == 0 else []
+        lines += [head.splitlines()[1]] if k == 500 else []
+    (folder / name).write_text(head + "\n".join(lines) + "\n")
+    return folder / name
+
+
+def gnss_logger(folder: Path, r: Recording) -> Path:
+    """GnssLogger of Google: a second time, and biases behind the samples."""
+
+    def row(kind: str, t: float, sample: str) -> str:
+        return f"{kind},{EPOCH_NS // 10**6 + round(1e3 * t)},{5 * 10**12 + round(1e9 * t)},{sample}" + (sample and ",0.0,0.0,0.0")
+
+    return _logged(
+        folder, "gnss_log.txt", r, GNSS_LOGGER, row, "UncalGyro UncalAccel UncalMag", "Fix,GPS,48.1,11.5,500.0,1.0,3.9,90.0,{ms}"
+    )
+
+
+def get_sensor_data(folder: Path, r: Recording, head: str = SENSOR_DATA) -> Path:
+    """GetSensorData of LOPSI: two times, and a cell too many in one of its headers."""
+
+    def row(kind: str, t: float, sample: str) -> str:
+        return f"{kind};{t:.3f};{t + 2000:.6f};{sample}" + (sample and ";3")
+
+    fix = "GNSS;{t:.3f};1700000000.0;48.1;11.5;500.0;90;3.9;1.0;20;12\nPRES;{t:.3f};{t:.6f};1013.2;3"
+    return _logged(folder, "logfile.txt", r, head, row, "GYRO ACCE MAGN", fix)
+
+
+def sensor_log(folder: Path, r: Recording) -> Path:
+    """SensorLog of iOS: readings, and beside them those of the filter of iOS; force negated."""
+    g, a, m = vectors(r, force=-1 / G)
+    groups = [("accelerometerAcceleration", "G", a), ("gyroRotation", "rad/s", g), ("magnetometer", "µT", m), ("motionRotationRate", "rad/s", g + 1),
+              ("motionUserAcceleration", "G", 0 * a), ("motionGravity", "G", a), ("motionMagneticField", "µT", 2 * m)]  # fmt: skip
+    names = ["loggingTime(s)", *(f"{name}{axis}({unit})" for name, unit, _ in groups for axis in "XYZ")]
+    return write_rows(folder / "sensorlog.csv", ",".join(names), [r.t_s, *(column for *_, v in groups for column in v.T)])
+
+
+def merged(folder: Path, r: Recording) -> Path:
+    """Sensor Logger, all sensors in one table: force with and without gravity."""
+    g, a, m = vectors(r)
+    groups = [("Accelerometer", 0.01 * a), ("Gravity", a), ("Gyroscope", g), ("TotalAcceleration", a), ("Magnetometer", m)]
+    names = ["seconds_elapsed", *(f"{name}_{axis}" for name, _ in groups for axis in AXES)]
+    path = write_rows(folder / "merged.csv", ",".join(names), [r.t_s, *(column for _, v in groups for column in v.T)])
+    return path
+
+
+def delsys(folder: Path, r: Recording) -> Path:
+    """Trigno: before each axis its own times."""
+    names, arrays = [], []
+    for kind, unit, values in zip(
+        ("ACC", "GYRO", "MAG"), ("g", "°/s", "µT"), (r.force_b_m_s2 / G, DEG * r.rate_b_rad_s, 1e6 * r.field_b_tesla)
+    ):
+        for axis, column in zip("XYZ", values.T):
+            names += ["X[s]", f"Avanti sensor 1: {kind}.{axis} 1 [{unit}]"]
+            arrays += [r.t_s, column]
+    return write_rows(folder / "delsys.csv", ",".join(names), arrays)
+
+
+def raw_and_calibrated(folder: Path, r: Recording) -> Path:
+    """Consensys of Shimmer, both boxes ticked."""
+    groups = zip(("Gyro", "Accel_LN", "Mag"), vectors(r, DEG), ("deg/s", "m/(s^2)", "uT"))
+    columns_of = [(f"Shimmer_5E4D_{name}_{axis}_{kind}", unit if kind == "CAL" else "no_units", v[:, i] * (1 if kind == "CAL" else 300))
+                  for name, v, unit in groups for kind in ("RAW", "CAL") for i, axis in enumerate("XYZ")]  # fmt: skip
+    names, units, arrays = zip(("Shimmer_5E4D_Timestamp_Unix_CAL", "ms", 1e3 * r.t_s), *columns_of)
+    return write_rows(folder / "shimmer.csv", "\t".join(names) + "\n" + "\t".join(units), list(arrays), "\t")
+
+
+def instants_between_blanks(folder: Path, r: Recording) -> Path:
+    lines = [
+        f"2026-01-31 12:00:{t:09.6f} " + " ".join(f"{v:.9f}" for v in row) for t, row in zip(r.t_s, np.stack(columns(r), axis=1))
+    ]
+    (folder / "blanks.txt").write_text("# time gx gy gz ax ay az mx_uT my_uT mz_uT\n" + "\n".join(lines) + "\n")
+    return folder / "blanks.txt"
+
+
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "json records": json_records, "json columns": json_columns, "json lines": json_lines, "sensor logger json": sensor_logger_json,
     "movesense": movesense, "npz": npz, "mat": mat, "packed": packed, "folder of one table": only_table, "mpu6050": adafruit_mpu6050,
@@ -266,5 +364,7 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "betaflight, decoded": lambda folder, r: betaflight(folder, r, with_head=False),
     "betaflight, units": lambda folder, r: betaflight(folder, r, units={"tim": "us", "gyr": "rad/s", "acc": "g"}), "ardupilot": ardupilot, "ardupilot text": ardupilot_text,
     "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
+    "gnss logger": gnss_logger, "get sensor data": get_sensor_data, "get sensor data, no header": lambda folder, r: get_sensor_data(folder, r, "%\n%\n"),
+    "sensor log": sensor_log, "merged": merged, "delsys": delsys, "raw and calibrated": raw_and_calibrated, "instants between blanks": instants_between_blanks,
 }  # fmt: skip
 """The writer of a file of each shape."""

@@ -3,6 +3,7 @@
 time,sensor,x,y,z                          1706700000.01,gyroscope,0.1,0.2,0.3
 timestamp_ms;type;v0;v1;v2;unit            10;ACC;0;0;1;g          (a header need not be there)
 time,variable,value                        0.01,gyro_x,0.1
+# UncalGyro,utcTimeMillis,UncalGyroXRadPerSec,...      (GnssLogger, GetSensorData: remarks with a header for the rows of each sensor)
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,7 @@ PROBE_ROWS = 200
 LEAST_SHARE = 0.4  # share of the first rows that name a known sensor: others may be of a barometer, satellites, a battery
 SHOWN_CHARACTERS = 40
 SENSORS = CSV_COLUMNS[1:]
+REMARKS = ("#", "%", "/")
 AXIS_BEHIND = re.compile(r"(?:.*[^a-z])?(?:v|val|value|axis|data)?([xyz0-3])")
 Row = tuple[int, list[str]]
 """Its line, from 1, and its cells."""
@@ -54,6 +56,15 @@ class Plan:
     unit: int | None
     header: Sequence[str]
     """Empty if there is none."""
+    headers: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Of the rows of one name each, as remarks state them."""
+
+    def places(self, name: str, row: Sequence[str], names: Sequence[str]) -> dict[str, int]:
+        """Positions of the cells of rows of this name, by the header that the remarks state for rows of this length, else by these names of the values."""
+        if len(header := self.headers.get(name, ())) == len(row):
+            return {text: place for place, text in enumerate(header) if place != self.kind and column_of(text, 0)}
+        time = {} if self.time is None else {self.header[self.time].strip() if self.header else "time": self.time}
+        return dict(zip(names, self.values)) | time
 
 
 def is_long_table(path: Path, head: bytes) -> bool:
@@ -80,15 +91,23 @@ def read_long_table(path: Path, wishes: Wishes) -> Raw:
 
 def plan_of_long(text: str) -> Plan | None:
     """The plan by the first rows; None for a text that is not a long table."""
-    lines = [line for line in text[: PROBE_ROWS * 200].splitlines()[:PROBE_ROWS] if line.strip() and line[0] not in "#%/"]
+    head = [line for line in text[: PROBE_ROWS * 200].splitlines()[:PROBE_ROWS] if line.strip()]
+    lines = [line for line in head if line[0] not in REMARKS]
+    remarks = [line.lstrip("#%/ ") for line in head if line[0] in REMARKS]
     for delimiter in DELIMITERS:
         try:
             rows = [[cell.strip() for cell in row] for row in cells_of(lines, delimiter) if row]
         except csv.Error:
             return None
         if len(rows) > 1 and (plan := _plan_of_rows(rows, delimiter, lines)) is not None:
-            return plan
+            return replace(plan, headers=_headers(cells_of(remarks, delimiter), plan.kind))
     return None
+
+
+def _headers(remarks: Iterator[list[str]], kind: int) -> dict[str, list[str]]:
+    """By the name of their rows, remarks that name columns of samples."""
+    headers = ([cell.strip() for cell in cells if cell.strip()] for cells in remarks if len(cells) > kind)
+    return {header[kind]: header for header in headers if {*_known(header)} - {"t_s"}}
 
 
 def _plan_of_rows(rows: Sequence[Sequence[str]], delimiter: str, lines: Sequence[str]) -> Plan | None:
@@ -108,7 +127,7 @@ def _plan_of_samples(samples: Sequence[Sequence[str]], plan: Plan) -> Plan | Non
     places = [place for place in range(Counter(map(len, samples)).most_common(1)[0][0]) if place != kind]
     numeric = [place for place in places if _are_numbers(samples, place)]
     time = _place_of_time(header, samples, numeric, kind)
-    values = _places_of_values(header, [place for place in numeric if place != time], kind)
+    values = _places_of_values(header, _without_counters(samples, [place for place in numeric if place != time], kind), kind)
     of_axes = column_of(samples[0][kind], 0) is not None
     if len(values) != (1 if of_axes else 3) or (of_axes and time is None):
         return None
@@ -168,6 +187,18 @@ def _place_of_time(header: Sequence[str], rows: Sequence[Sequence[str]], numeric
     return numeric[0] if len(numeric) > 1 and len(numeric) != 3 else None
 
 
+def _without_counters(rows: Sequence[Sequence[str]], numeric: Sequence[int], kind: int) -> list[int]:
+    """These positions without those whose numbers increase in the rows of each sensor, as a second time does, if three remain."""
+    of_sensors = [[row for row in rows if row[kind] == name] for name in {row[kind] for row in rows}]
+
+    def increases(place: int) -> bool:
+        cells = ([number_of(row[place]) for row in own if place < len(row) and is_number(row[place])] for own in of_sensors)
+        return all(len(numbers) > 2 and (np.diff(numbers) > 0).all() for numbers in cells)
+
+    kept = [place for place in numeric if not increases(place)]
+    return kept if len(kept) >= len("xyz") else list(numeric)
+
+
 def _places_of_values(header: Sequence[str], numeric: Sequence[int], kind: int) -> tuple[int, ...]:
     """x, y and z by the ends of their names; otherwise the first three numbers, or the only one, after the name of the sensor."""
     ends = {place: AXIS_BEHIND.fullmatch(header[place].strip().lower()) for place in numeric if place < len(header)}
@@ -186,22 +217,31 @@ def _rows_by_name(shown: str, text: str, plan: Plan) -> tuple[dict[str, list[Row
     """The rows of each sensor by its name, and the numbers of ignored rows. Raises RecordingError for a row that is too short."""
     found: dict[str, list[Row]] = {}
     other = dict.fromkeys(["", plan.header[plan.kind].strip() if plan.header else ""])
-    needed, cut = max(plan.kind, plan.time or 0, *plan.values) + 1, None
+    needed: dict[str, int] = {}
+    cut = None
     for line, row in enumerate(_cells(shown, text, plan.delimiter), 1):
         if cut is not None:
             raise cut
-        name = row[plan.kind].strip() if plan.kind < len(row) else ""
-        if name not in found and name not in other and not is_sensor(name):
-            other[name] = None
+        name = _name_of(row, plan)
+        if name not in needed and name not in other:
+            if name in plan.headers or is_sensor(name):
+                needed[name] = 1 + max(plan.kind, *plan.places(name, row, "xyz").values())
+            else:
+                other[name] = None
         if name in other:
             continue
-        if len(row) < needed:
-            cut = RecordingError(f"{shown}, line {line}: {len(row)} cells, where the rows of {name} have {needed} or more")
+        if len(row) < needed[name]:
+            cut = RecordingError(f"{shown}, line {line}: {len(row)} cells, where the rows of {name} have {needed[name]} or more")
             continue
         found.setdefault(name, []).append((line, row))
     left = [name for name in other if name][bool(plan.header) :]
     notes = ["the last line was cut off and is left out"] if cut is not None else []
     return found, notes + ([f"rows of {', '.join(left[:8])} are left out"] if left else [])
+
+
+def _name_of(row: Sequence[str], plan: Plan) -> str:
+    """Of the sensor; a remark has none."""
+    return row[plan.kind].strip() if plan.kind < len(row) and row[0].strip()[:1] not in REMARKS else ""
 
 
 def _cells(shown: str, text: str, delimiter: str) -> Iterator[list[str]]:
@@ -217,12 +257,9 @@ def _frame(shown: str, sensor: str, rows: Sequence[Row], plan: Plan, names: Sequ
     import pandas
 
     columns: dict[str, object] = {}
-    for name, place in zip(names, plan.values):
-        columns[name] = _numbers(shown, rows, place, plan)
-    if plan.time is not None:
-        name = plan.header[plan.time].strip() if plan.header else "time"
-        instants = is_instant(rows[0][1][plan.time])
-        columns[name] = [row[plan.time] for _, row in rows] if instants else _numbers(shown, rows, plan.time, plan)
+    for name, place in plan.places(sensor, rows[0][1], names).items():
+        instants = place == plan.time and is_instant(rows[0][1][place])
+        columns[name] = [row[place] for _, row in rows] if instants else _numbers(shown, rows, place, plan)
     if plan.unit is not None:
         columns["unit"] = [row[plan.unit].strip() if plan.unit < len(row) else None for _, row in rows]
     elif len(names) > 1 and (unit := sensor.partition("(")[2].rstrip(") ")):
