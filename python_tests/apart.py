@@ -147,7 +147,7 @@ def hdf5(folder: Path, r: Recording) -> Path:
     with h5py.File(folder / "log.h5", "w") as file:
         file["imu/t"] = r.t_s
         for name, values, unit in zip(("gyr", "acc", "mag"), vectors(r, *USUAL), UNITS):
-            file.create_dataset(f"imu/{name}", data=values).attrs["units"] = unit
+            file.create_dataset(f"imu/{name}", data=values).attrs["Units" if name == "acc" else "units"] = unit
     return folder / "log.h5"
 
 

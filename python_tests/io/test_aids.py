@@ -10,7 +10,7 @@ import pytest
 import devices
 import recorded
 from hnav import read
-from hnav.filters.ins_recording import aids_of
+from hnav.filters.ins_recording import aids_of, with_aids
 from hnav.io.aids import arrived_within
 from hnav.io.plausible_aids import check_aids
 from hnav.io.readers import read_aids
@@ -147,6 +147,69 @@ def test_a_cell_that_is_no_number_costs_the_aids_alone(tmp_path, motion):
     recording = read(path)
     assert not recording.aids and len(recording.t_s) == len(motion.t_s)
     assert recording.origin.notes[0].endswith("line 4, column lat_deg: 'no fix' is not a number")
+
+
+@pytest.mark.parametrize("step, unit_s", [(1000, 1e-3), (200, 1e-3), (2e5, 1e-6), (1, 1), (5, 1), (0.2, 1), (10, 1e-3)])
+def test_times_of_fixes_without_a_unit_go_by_the_intervals_of_fixes(tmp_path, step, unit_s):
+    """Milliseconds at 1 Hz were taken for microseconds, and 5 s for 5 ms: intervals of inertial sensors."""
+    path = tmp_path / "fixes.csv"
+    path.write_text("timestamp,lat,lon,alt\n" + "".join(f"{step * k},45,7,100\n" for k in range(20)))
+    np.testing.assert_allclose(read_aids(path)["position"].t_s, step * unit_s * np.arange(20))
+
+
+def test_parts_of_an_instant_are_no_times_and_a_height_beside_one_above_the_sea_is_above_the_ellipsoid(tmp_path):
+    """NAV-PVT of u-blox, whose hour was taken for the times."""
+    path = tmp_path / "pvt.csv"
+    rows = "".join(f"{1000 * k},2024,1,2,3,4,{k % 60},45,7,100,52,1,0\n" for k in range(90))
+    path.write_text("iTOW,year,month,day,hour,min,sec,lat,lon,height,hMSL,velN,velE\n" + rows)
+    position = read_aids(path)["position"]
+    np.testing.assert_array_equal(position.t_s, np.arange(90))
+    assert position.values[0, 2] == 100 and not position.above_sea
+
+
+def test_fixes_in_a_folder_are_read_beside_a_table_of_all_sensors_by_the_clock_that_they_share(tmp_path, motion):
+    """A table with a magnetometer hid them; PX4 writes the time of UTC beside that of the log."""
+    recorded.write_rows(
+        tmp_path / "log_imu_0.csv", "timestamp,gx,gy,gz,ax,ay,az,mx,my,mz", [1e6 * motion.t_s, *recorded.columns(motion)]
+    )
+    fixes = tmp_path / "log_vehicle_gps_position_0.csv"
+    fixes.write_text(
+        "timestamp,time_utc_usec,lat,lon,alt\n"
+        + "".join(f"{200000 * k},{1700000000000000 + 200000 * k},45,7,100\n" for k in range(5))
+    )
+    for k in range(60):
+        (tmp_path / f"log_actuator_{k}.csv").write_text("timestamp,control[0]\n1,2\n")
+    recording = read(tmp_path)
+    np.testing.assert_allclose(recording.aids["position"].t_s, 0.2 * np.arange(5))
+    assert recording.origin.notes[-1] == "read log_imu_0, log_vehicle_gps_position_0"
+    assert "clock" not in {finding.code for finding in check_aids(recording)}
+    fixes.write_text(fixes.read_text().replace("timestamp,", "row,", 1))
+    late = [finding for finding in check_aids(read(tmp_path)) if finding.code == "clock"]
+    assert [one.sensor for one in late] == ["position"] and "times from 1700000000 to 1700000001 s" in late[0].message
+
+
+def test_a_file_of_fixes_says_what_of_it_was_left_out(tmp_path, motion):
+    path = tmp_path / "fixes.csv"
+    path.write_text("t_s,lat,lon,vn,ve\n0,45,7,1,2\n0.5,45,7,1,2\n")
+    beside = with_aids(read(recorded.house(tmp_path, motion)), read_aids(path))
+    assert "positions were left out: lat_deg, lon_deg without alt_m" in beside.origin.notes
+    path.write_text(path.read_text().replace("vn,ve", "height above ellipsoid (m),ve"))
+    assert read_aids(path)["position"].values[0, 2] == 1
+
+
+def test_what_stands_in_a_log_of_android_beside_the_sensors(tmp_path, motion):
+    for shape, sigma, kinds in (
+        (devices.gnss_logger, 3.9, {"position", "velocity"}),
+        (devices.get_sensor_data, 3.9, {"position", "velocity", "pressure"}),
+    ):
+        recording = read(shape(tmp_path, motion))
+        assert {*recording.aids} == kinds
+        position, velocity = recording.aids["position"], recording.aids["velocity"]
+        np.testing.assert_allclose(position.t_s[0], recording.t_s[0], atol=1e-6)
+        np.testing.assert_allclose(
+            [*np.degrees(position.values[0, :2]), position.values[0, 2], position.sigma[0, 0]], [48.1, 11.5, 500, sigma]
+        )
+        np.testing.assert_allclose(velocity.values[0, :2], [0, 1], atol=1e-12)
 
 
 def test_pieces_hold_the_aids_of_their_rows(tmp_path, motion):
@@ -293,7 +356,8 @@ def test_a_log_with_foreign_bytes_says_where_and_what_is_missing(tmp_path, motio
 
 
 def datum_notes(aids):
-    return [one.code for one in check_aids(Recording("x", np.arange(2.0), np.zeros((2, 3)), np.zeros((2, 3)), aids=aids))]
+    rows_s = aids["position"].t_s[[0, -1]] + [0, 1]
+    return [one.code for one in check_aids(Recording("x", rows_s, np.zeros((2, 3)), np.zeros((2, 3)), aids=aids))]
 
 
 @pytest.mark.parametrize("name, above_sea", [

@@ -45,12 +45,19 @@ def test_formats(text):
 
 def test_numbers_without_a_header():
     rows, lines = taken("0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
-    assert rows[1, 0] == 0.01 and "no header: taken for t_s,gx,gy,gz,ax,ay,az in SI units" in lines.notes
+    assert rows[1, 0] == 0.01 and "no header: taken for t,gx,gy,gz,ax,ay,az in SI units" in lines.notes
     places = {role: str(i) for i, role in enumerate(("ax", "ay", "az", "gx", "gy", "gz"), 2)}
     rows, _ = taken("7 1 2 3 4 5 6\n", columns={"t_s": "1", **places})
     assert rows[0, :7].tolist() == [7, 4, 5, 6, 1, 2, 3]
     with pytest.raises(RecordingError, match="the source: no line is a sample, the first is 1,2,3: write t_s,gx,gy"):
         taken("1,2,3\n")
+
+
+def test_times_without_a_header_may_be_in_milliseconds_and_rates_in_a_unit_that_is_none():
+    rows, lines = taken("".join(f"{10 * k},1,2,3,4,5,6\n" for k in range(60)))
+    assert np.allclose(rows[:, 0], 0.01 * np.arange(60)) and "time: ms by its intervals" in lines.notes
+    with pytest.raises(RecordingError, match="the unit 'furlong/s' of the column gy .furlong/s. is not supported"):
+        taken("t_s,gx [deg/s],gy [furlong/s],gz [deg/s],ax,ay,az\n0,1,2,3,4,5,6\n")
 
 
 def test_lines_of_one_sensor_each_are_rows_side_by_side_or_refused():

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import devices
 import recorded
 from command_line import hnav
 from hnav import Recording, read
@@ -56,6 +57,27 @@ def test_every_shape_is_recognised_and_nothing_is_resampled(tmp_path, motion, sh
         np.testing.assert_allclose(values, expected, rtol=1e-6, atol=1e-6 * np.abs(expected).max())
     assert recording.origin.format in FORMATS or recording.origin.format in ("csv", "sensor-logger", "phyphox", "folder")
     assert f"gyro {len(motion.t_s)} at 100 Hz" in repr(recording)
+
+
+@pytest.mark.parametrize("header, fault", [
+    ("t_s,gx [deg/s],gy [furlong/s],gz [deg/s],ax,ay,az", "the unit 'furlong/s' of the column gy .furlong/s. is not supported: give gyro_unit"),
+    ("t_s,gx,gy,gz,ax,ay,az\ns,deg/s,deg/s,smoot,g,g,g", "the unit 'smoot' of the column gz is not supported: give gyro_unit"),
+    ("time [ticks],gx,gy,gz,ax,ay,az", "the unit 'ticks' of the column time .ticks. is not supported: give time_unit=s or ms or us, or rate_hz"),
+])  # fmt: skip
+def test_a_unit_that_is_not_known_is_refused_also_beside_one_that_is(tmp_path, motion, header, fault):
+    path = recorded.write_rows(tmp_path / "strange.csv", header, [1e3 * motion.t_s, *recorded.columns(motion)[:6]])
+    with pytest.raises(RecordingError, match=fault):
+        read(path)
+    read(path, gyro_unit="deg/s", time_unit="ms")
+
+
+def test_of_columns_that_may_be_of_one_sensor_the_reading_is_taken_and_the_other_named(tmp_path, motion):
+    whole = replace(motion, field_b_tesla=tilted_motion(1).recording.field_b_tesla)
+    notes = read(devices.sensor_log(tmp_path, whole)).origin.notes
+    assert notes[:2] == (
+        "gyro: gyroRotationX(rad/s), not motionRotationRateX(rad/s) (choose by columns gx=NAME)",
+        "mag: magnetometerX(µT), not motionMagneticFieldX(µT) (choose by columns mx=NAME)",
+    )
 
 
 def test_bags_say_which_topics_were_taken(tmp_path, motion):

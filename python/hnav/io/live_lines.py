@@ -251,10 +251,11 @@ class LiveLines:
         if self._wishes.columns:
             return tuple(str(place + 1) for place in range(count))
         begin = 1 if self._wishes.rate_hz else 0
-        named = next((CSV_COLUMNS[begin:end] for end in (7, 10) if end - begin == count), ())
+        of_time = "t"  # its unit is found by the intervals: t_s would state one
+        named = next(((of_time, *CSV_COLUMNS[1:end])[begin:] for end in (7, 10) if end - begin == count), ())
         if named:
             self.notes.append(f"no header: taken for {','.join(named)} in SI units")
-        return tuple(named)
+        return named
 
     def _refuse_other_lines(self, ending: bool) -> None:
         """Raises RecordingError when the source has ended, or many lines have arrived, without a sample."""
@@ -322,7 +323,9 @@ class LiveLines:
         column = table.columns.get("t_s")
         if column is None:
             raise RecordingError(f"{missing_column(SHOWN, table, 't_s')}, or give rate_hz")
-        unit = unit_by_size(table.values["t_s"], self._wishes.unit("time", column.unit))
+        unit = unit_by_size(table.values["t_s"], self._wishes.unit("time", column.unit), table.columns)
+        if unit.source.startswith("by its"):
+            self.notes.append(f"time: {unit}")
         return column.place, si_per("time", unit.name)
 
     def _axes_of(self, sensor: str, table: Table) -> list[tuple[int, float]]:

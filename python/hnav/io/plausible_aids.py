@@ -59,7 +59,7 @@ NEAR_UNIT = 1.12  # ratio to a unit's factor
 
 def check_aids(recording: Recording) -> list[Finding]:
     """Implausible aiding samples, which attitude filters do not read."""
-    found = [*_left_out(recording), *_repeated(recording), *_large_sigmas(recording)]
+    found = [*_left_out(recording), *_of_another_clock(recording), *_repeated(recording), *_large_sigmas(recording)]
     position, velocity, speed = (_in_time(recording.aids.get(kind)) for kind in ("position", "velocity", "speed"))
     if position is None:
         return found + _of_motion(recording, velocity)
@@ -87,6 +87,15 @@ def _left_out(recording: Recording) -> Iterator[Finding]:
         if note.startswith(NO_POSITIONS):
             advice = "name it by columns ROLE=NAME, or add it; alt_m may be a rough constant"
             yield warning("absent", "position", note, advice=advice)
+
+
+def _of_another_clock(recording: Recording) -> Iterator[Finding]:
+    """Kinds of which no sample lies within the rows: no filter uses them."""
+    begin_s, end_s = float(recording.t_s[0]), float(recording.t_s[-1])
+    for kind, one in recording.aids.items():
+        if len(one.t_s) and not ((one.t_s >= begin_s) & (one.t_s <= end_s)).any():
+            shown = f"times from {one.t_s.min():.10g} to {one.t_s.max():.10g} s, the rows have {begin_s:.10g} to {end_s:.10g} s"
+            yield warning("clock", kind, shown, advice="name the column of their common clock: columns t_s=NAME", certain=True)
 
 
 def _of_motion(recording: Recording, velocity: AidSamples | None) -> list[Finding]:

@@ -22,7 +22,9 @@ from hnav.io.sample_table import read_sample_table
 from hnav.rotations import continuous_quaternion, quaternion_of_euler
 
 ANGLES = {"roll": "roll", "pitch": "pitch", "heading": "heading", "yaw": "heading"}
-QUATERNION = re.compile(r"(?:q|quat|quaternion|orientation|q_rs|attitude)[_. ]?(?:([wxyz])|([0-3]))(?: ?\[\])?", re.IGNORECASE)
+QUATERNION = re.compile(
+    r"(?:q|quat|quaternion|orientation|q_rs|attitude)[_. \[]?(?:([wxyz])|([0-3]))\]?(?: ?\[\])?", re.IGNORECASE
+)
 POSITION = re.compile(r"(?:t|p|pos|position|p_rs_r|translation)?[_. ]?([xyz])(?:[_ ]?[\[(]?m[\])]?)?", re.IGNORECASE)
 SIGMAS = {
     "attitude": (("sigma_x_deg", "sigma_y_deg", "sigma_z_deg"), ("sigma_about_north", "sigma_about_east", "sigma_heading")),

@@ -37,7 +37,7 @@ _UNITS = {
 }
 
 _NAMES = {
-    "lat_deg": "lat latitude",
+    "lat_deg": "lat latit latitude",
     "lon_deg": "lon lng long longitude",
     "alt_m": "alt altitude height hgt altwgs84 altitudewgs84 heightwgs84 ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele hmsl altitudemsl heightmsl altmsl",
     "vn": "vn vnorth northv velocityn velocitynorth veln velnorth northvelocity speednorth northspeed vnorthing",
@@ -49,7 +49,7 @@ _NAMES = {
     "sigma_h": "sigmah hacc hacuracy horizontalaccuracy haccuracy eph sigmahorizontal stdh hsigma accuracy",
     "sigma_v": "sigmav vacc verticalaccuracy vaccuracy epv sigmavertical stdv vsigma",
     "sigma_vel": "sigmavel sacc speedaccuracy velocityaccuracy velacc sigmavelocity stdvel",
-    "pressure_pa": "pressure staticpressure baro barometer barometricpressure baropressure press airpressure atmosphericpressure",
+    "pressure_pa": "pressure staticpressure baro barometer barometricpressure baropressure pres press airpressure atmosphericpressure",
     "speed_m_s": "wheelspeed odospeed odometerspeed vehiclespeed wheelvelocity odometry speedwheel",
     # A heading without more words may be a truth or another filter's answer: it is none.
     "antenna_heading_deg": "antennaheading dualantennaheading headingdualantenna baselineheading headingbaseline rtkheading relheading",
@@ -57,7 +57,7 @@ _NAMES = {
     "received_s": "received receivedat arrival arrived timereceived treceived",
 }
 _STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}
-_FILLERS = words_of("gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx")
+_FILLERS = words_of("above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx")
 # These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
-from hnav.io.recordings import Unit
+from hnav.io.recordings import CSV_COLUMNS, Unit
 
 SINCE_1970 = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 """As seconds 1e11 would be the year 5138, as milliseconds 1973."""
-USUAL_INTERVAL_S = (4e-4, 0.11)
-"""Range of intervals between samples of inertial sensors; it spans less than a factor of 1000, so at most one unit fits."""
+USUAL_INTERVAL_S, USUAL_OF_AIDS_S = (4e-4, 0.11), (9.5e-3, 9.4)
+"""Ranges of intervals between samples of inertial sensors, and of all others; each spans less than a factor of 1000, so at most one unit
+fits."""
 SURELY_NOT_SECONDS = 2.0
 MOST_WRONG = 0.02
 """Share of the time stamps that may be wrong; with more, they cannot be corrected."""
@@ -25,10 +28,10 @@ MENDED, ORDERED, DAMAGED = "clock: ", "order: ", "damage: "
 """Beginnings of notes that are warnings: of corrected times, of rows that were sorted by them, of a file that was not read whole."""
 
 
-def unit_by_size(t: np.ndarray, taken: Unit) -> Unit:
+def unit_by_size(t: np.ndarray, taken: Unit, roles: Collection[str]) -> Unit:
     """The unit of times by their intervals or their size, where no other than s is stated and these decide; else the unit taken.
 
-    Seconds in a header are accepted unless the year would be beyond 5000.
+    Seconds in a header are accepted unless the year would be beyond 5000. roles: of the other columns.
     """
     if taken.source != "assumed" and (taken.source, taken.name) != ("by header", "s"):
         return taken
@@ -38,9 +41,10 @@ def unit_by_size(t: np.ndarray, taken: Unit) -> Unit:
     if not len(steps):
         return taken
     largest = float(np.median(np.abs(finite)))
+    usual_s = USUAL_OF_AIDS_S if {*CSV_COLUMNS[1:7]}.isdisjoint(roles) else USUAL_INTERVAL_S
     if taken.source == "assumed" and np.median(steps) > SURELY_NOT_SECONDS:
         for name, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-            if USUAL_INTERVAL_S[0] <= np.median(steps) * factor <= USUAL_INTERVAL_S[1]:
+            if usual_s[0] <= np.median(steps) * factor <= usual_s[1]:
                 return Unit(name, "by its intervals")
     return next((Unit(name, "by its size") for limit, name in SINCE_1970 if largest > limit), taken)
 

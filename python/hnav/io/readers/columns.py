@@ -19,7 +19,7 @@ WHOLE = CSV_COLUMNS[:7]
 STEMS = {
     "gyro": "g w gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
     "gyroskop drehrate winkelgeschwindigkeit giroscopio vitesseangulaire velocitaangolare velocidadangular",
-    "accel": "a ac acc accl accel accsmooth accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
+    "accel": "a ac acc acce accl accel accsmooth accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
     "beschleunigung beschl aceleracion accelerazione",
     "mag": "m mag magadc magn magnet magnetometer magnetic magneticfield field b h magnetfeld champmagnetique campomagnetico",
 }
@@ -32,8 +32,9 @@ NOT_READ = words_of(
 FILLERS = words_of(
     "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
-# Prefers the low-noise accelerometer to that of wide range beside it (Shimmer).
-WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "linear": 2, "lin": 2}
+WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "motion": 1, "linear": 2, "lin": 2, "total": -1}
+"""Added to the rank by words of a name. wr: of wide range, beside one of low noise (Shimmer); motion: of a filter of iOS, beside the
+readings; total: with gravity, beside one without (Sensor Logger)."""
 BY_UNIT_ALONE = 3
 """The rank of a column that only its unit identifies."""
 
@@ -49,14 +50,16 @@ DESCRIBED = FILLERS - {"raw"} | words_of("left right front back body frame axis 
 """Texts in brackets after a name that are no units."""
 
 TIME_STEMS = words_of(
-    "t time timestamp timestamps ts datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
+    "t time timestamp timestamps ts itow datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
 TIME_FILLERS = words_of(
-    "sample sensor log logging rtc unix system startup boot reboot offset in gps tow elapsed utc relative since start header of recording cal sync formatted"
+    "sample sensor log logging rtc unix system startup boot reboot offset in gps i tow elapsed utc relative since start header of app recording cal sync formatted"
 )
 
 CLOCKS = words_of("rtc unix tow elapsed utc startup boot reboot")
 """Of these fillers one alone may be a column of times."""
+
+MINUTES, SECONDS = words_of("min minute minutes"), words_of("sec secs second seconds")
 
 OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
@@ -97,8 +100,10 @@ def with_unit(column: Column, text: str) -> Column:
     """This column with the unit named by a text, if it names one."""
     if column.aids:
         return replace(column, unit=aid_unit(ROLES[column.role], text))
-    spelled = spelled_unit(QUANTITY_OF[column.role[0]], text)
-    return replace(column, unit=spelled, strange="" if spelled or not may_be_unit(text) else text.strip())
+    quantity = QUANTITY_OF[column.role[0]]
+    spelled = spelled_unit(quantity, text)
+    strange = not spelled and (is_counts(text) if quantity == "time" else may_be_unit(text))  # of times UTC and unix are no units
+    return replace(column, unit=spelled, strange=text.strip() if strange else "")
 
 
 def column_of(name: str, place: int, sensor: str | None = None) -> Column | None:
@@ -143,15 +148,22 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
     of_sensor = len(named) > 1 and len(named[0]) > 2 and named[0] in SENSOR_OF
     named = named[1:] if of_sensor else named
     is_time = named or found or not CLOCKS.isdisjoint(rest)  # a column "sensor" or "log" names none
-    if not (is_time and TIME_STEMS.issuperset(named)):
+    abscissa = named == ["x"] and found is not None  # X[s] of Delsys
+    if not (is_time and (abscissa or TIME_STEMS.issuperset(named))):
         return None
-    # A date alone is not used as the time beside another column of times.
-    return Column("t_s", name, place, found, rank=OF_A_SENSOR if of_sensor else 0 if found else 2 if named == ["date"] else 1)
+    rank = OF_A_SENSOR if of_sensor else _rank_of_time(tokens, named, found)
+    return Column("t_s", name, place, found, rank, strange=unit if is_counts(unit) else "")
+
+
+def _rank_of_time(tokens: list[str], named: list[str], unit: str | None) -> int:
+    """A date alone is not used as the time beside another column of times, nor is UTC beside the clock of a logger, as time_utc_usec of PX4."""
+    return 2 if named == ["date"] else 0 if unit and "utc" not in tokens else 1
 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
-    """The words of t_ms, millis and seconds_elapsed without the unit, and the unit."""
-    if tokens and tokens not in (["s"], ["h"], ["min"]) and (spelled := spelled_unit("time", tokens[-1])):
+    """The words of t_ms, millis and seconds_elapsed without the unit, and the unit. Hours and minutes alone are parts of an instant."""
+    spelled = spelled_unit("time", tokens[-1]) if tokens else None
+    if spelled and tokens != ["s"] and not (len(tokens) == 1 and spelled in ("h", "min")):
         return tokens[:-1], spelled
     if len(tokens) > 1 and tokens[1] in TIME_FILLERS and (spelled := spelled_unit("time", tokens[0])):
         return tokens[1:], spelled
@@ -165,7 +177,7 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
         return None
     after, counts = _without_counts(after)
     found, stated = _sensor_of(_bare(before), sensor)
-    rank = sum(WORSE.get(token, 0) for token in before)
+    rank = sum(WORSE.get(token, 0) for token in tokens)
     if found is None:
         found, rank = only_sensor_of(unit), BY_UNIT_ALONE
     if found is None:
@@ -290,16 +302,22 @@ def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str
 
 
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
-    """The candidate columns of each role; beside a place a plain height is its height. read: the parsed names."""
+    """The candidate columns of each role. read: the parsed names."""
     found: dict[str, list[Column]] = {}
     for place, (name, text) in enumerate(zip(names, read)):
         if name.strip() and (column := column_of(text, place, sensor)):
             found.setdefault(column.role, []).append(replace(column, name=name))
-    if {"lat_deg", "lon_deg"} <= found.keys() and "alt_m" not in found:
-        heights = [(place, column_of(f"gps {text}", place, sensor)) for place, text in enumerate(read)]
-        plain = [replace(column, name=names[place]) for place, column in heights if column and column.role == "alt_m"]
-        found |= {"alt_m": plain} if plain else {}
-    return found
+    if not MINUTES.isdisjoint(name.strip().lower() for name in read):  # beside them, sec is a part of an instant
+        found["t_s"] = [column for column in found.get("t_s", []) if column.name.strip().lower() not in SECONDS]
+    if {"lat_deg", "lon_deg"} <= found.keys() and all(ABOVE_SEA.search(column.name) for column in found.get("alt_m", [])):
+        found["alt_m"] = [*_plain_heights(names, read), *found.get("alt_m", [])]
+    return {role: columns for role, columns in found.items() if columns}
+
+
+def _plain_heights(names: Sequence[str], read: Sequence[str]) -> list[Column]:
+    """Columns that are the height of a place beside them; where another is above the sea, they are above the ellipsoid."""
+    heights = ((place, column_of(f"gps {text}", place)) for place, text in enumerate(read))
+    return [replace(column, name=names[place]) for place, column in heights if column and column.role == "alt_m"]
 
 
 def _with_axes(names: Sequence[str]) -> Sequence[str]:

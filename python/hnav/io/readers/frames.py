@@ -47,11 +47,11 @@ def raw_of_tables(
     """One table with all sensors, else the best table of each sensor, by its columns or its name. there: the names of the
     columns of every table, also of those without a sensor. Raises RecordingError."""
     by_format = by_format or {}
-    whole = max(tables.values(), key=lambda table: len(table.columns), default=None)
-    if whole is not None and (len(there) == 1 or {"gx", "ax"} <= whole.columns.keys()) and not wishes.only_aids:
-        lonely = len(tables) == 1 or "mx" in whole.columns
+    both = {"gx", "ax"}
+    whole = max(tables.values(), key=lambda table: (both <= table.columns.keys(), len(table.columns)), default=None)
+    if whole is not None and (len(there) == 1 or both <= whole.columns.keys()) and not wishes.only_aids:
         raw = raw_of(shown, whole, wishes, by_format, format)
-        return raw if lonely else _with_more(raw, shown, tables, wishes, by_format)
+        return raw if len(tables) == 1 else _with_more(raw, shown, tables, wishes, by_format)
     raw = _with_more(Raw(format, [], Unit("s", "by format")), shown, tables, wishes, by_format)
     if not wishes.only_aids:
         _refuse_missing(shown, there, {stream.sensor for stream in raw.streams})
@@ -95,13 +95,14 @@ def sensor_named(name: str) -> str | None:
 
 
 def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
-    """Adds the missing sensors and aids, each from the table with most of its samples."""
+    """Adds the missing sensors and aids, each from the table whose name or columns fit best, of such with most of its samples."""
     streams, aids, notes, unit = list(raw.streams), dict(raw.aids), list(raw.notes), raw.time_unit
     for sensor in ARRAYS:
         having = {name: table for name, table in tables.items() if sensor[0] + "x" in table.columns}
         if not having or sensor in {stream.sensor for stream in streams}:
             continue
-        name = max(having, key=lambda name: np.isfinite(having[name].values[sensor[0] + "x"]).sum())
+        role = f"{sensor[0]}x"
+        name = min(having, key=lambda name: (having[name].columns[role].rank, -np.isfinite(having[name].values[role]).sum()))
         stream, unit, more = sensor_stream(shown, having[name], sensor, wishes, by_format)
         streams.append(stream)
         others = ", ".join(other for other in having if other != name)

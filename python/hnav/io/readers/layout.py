@@ -11,6 +11,7 @@ from itertools import islice
 
 from hnav.io.readers.cells import BLANKS, DELIMITERS, cells_of, decimal_mark, is_number
 from hnav.io.readers.columns import columns_of
+from hnav.io.readers.instants import is_instant
 from hnav.io.readers.unit_names import is_unit
 from hnav.io.recordings import RecordingError
 
@@ -94,9 +95,9 @@ def _cells(shown: str, line: str, delimiter: str) -> list[str]:
 
 
 def _fits(names: list[str], below: list[str]) -> bool:
-    """Whether the line below has a number for each name; otherwise the header is prose with words like names."""
+    """Whether the line below has a number or a time for each name; otherwise the header is prose with words like names."""
     cells = next((line.split() for line in below if line.strip()), [])
-    return len(cells) == len(names) and all(map(is_number, cells))
+    return len(cells) == len(names) and all(is_number(cell) or is_instant(cell) for cell in cells)
 
 
 def _roles_in(names: list[str], given: Mapping[str, str], sensor: str | None) -> int:

@@ -28,7 +28,7 @@ LARGEST_BYTES = 1 << 32
 ZIP_MAGIC = b"PK\x03\x04"
 NO_ZIP = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, OSError, zlib.error)
 BLOCK_BYTES = 1 << 20
-MOST_FILES = 50
+MOST_FILES = 500
 AXES = CSV_COLUMNS[1:]
 KNOWN = (
     (ZIP_MAGIC, "a zip; "),
@@ -125,7 +125,7 @@ def read_folder(folder: Path, files: list[Path], read: Callable[[Path], Raw], wi
         return replace(found[only], notes=(*found[only].notes, f"read {only}"))
     there = {name: [column.strip() for column in table.layout.names] for name, table in tables.items()}
     raw = raw_of_tables(str(folder), side_by_side(tables), there, wishes, "folder")
-    return replace(raw, notes=(*raw.notes, f"read {', '.join(tables)}"))
+    return replace(raw, notes=(*raw.notes, f"read {', '.join(name for name, one in tables.items() if len(one.columns) > 1)}"))
 
 
 def _table_of(file: Path, wishes: Wishes) -> Table:

@@ -21,7 +21,6 @@ MATLAB_BLOCK = 512  # bytes
 SENSOR_LOGGER = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}
 MOVESENSE = {"gyro": "deg/s", "accel": "m/s2", "mag": "uT", "time": "ms"}
 """API reference of Movesense, /Meas/Gyro: dps."""
-WITHOUT_GRAVITY = ("accelerometer", "linearacceleration", "gravity", "useracceleration")
 
 
 def is_json(path: Path, head: bytes) -> bool:
@@ -34,11 +33,7 @@ def read_json(path: Path, wishes: Wishes) -> Raw:
     data = path.read_bytes()
     tree = _parsed(path, data)
     frames = {name: unbatched(frame) for name, frame in frames_of_tree(tree).items()}
-    lower = {"".join(c for c in name.lower() if c.isalnum()): name for name in frames}
-    if "totalacceleration" in lower:
-        for name in WITHOUT_GRAVITY:
-            frames.pop(lower.get(name, ""), None)
-    if "gyroscope" in lower and any("seconds_elapsed" in frame for frame in frames.values()):
+    if any(name.lower() == "gyroscope" for name in frames) and any("seconds_elapsed" in frame for frame in frames.values()):
         return raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER)
     movesense = re.search(rb"ArrayGyro|ArrayAcc", data[:4096]) is not None
     return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None, units_in(tree))
@@ -105,7 +100,7 @@ def _of_hdf5(path: Path) -> dict[str, np.ndarray]:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not name.startswith("#"):
             key = name.replace("/", "_")
             found[key] = np.asarray(item[()])
-            stated = next((item.attrs[unit] for unit in UNIT_NAMES if unit in item.attrs), None)
+            stated = next((value for key, value in item.attrs.items() if key.lower() in UNIT_NAMES), None)
             if stated is not None:
                 found[f"{key}_unit"] = np.asarray(stated.decode() if isinstance(stated, bytes) else str(stated))
 

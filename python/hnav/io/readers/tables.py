@@ -19,7 +19,7 @@ import numpy as np
 from hnav.io.readers.aids import aids_in, lonely
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import FRACTION, OWN_TIMES, QUANTITY_OF, Column, columns_of, with_unit
+from hnav.io.readers.columns import FRACTION, OWN_TIMES, QUANTITY_OF, Column, column_of, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
@@ -50,6 +50,8 @@ MOST_DEVICES = 20
 """More are no names."""
 ENCODINGS = ("utf-8-sig", "cp1252")
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+DATE_AND_CLOCK = re.compile(r"(?<=\d[-/.]\d\d[-/.]\d\d) (?=\d\d:\d\d:[\d.]+[ \t]+[-+.\d])")
+"""The blank within an instant of a table whose cells are parted by blanks."""
 NEEDED_OF_HOUSE = CSV_COLUMNS[:7]
 NOT_DIGESTED = (ValueError, OverflowError, Warning)
 """What frames_of may end with."""
@@ -156,7 +158,7 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     columns = [table.columns[role] for role in roles]
     values = np.stack([column.sign * table.values[column.role] for column in columns], axis=1)
     by_header = next((column.unit for column in columns if column.unit), None)
-    if by_header is None and getattr(wishes, f"{sensor}_unit") is None:
+    if getattr(wishes, f"{sensor}_unit") is None:
         _refuse_strange_unit(shown, table, sensor, columns)
     unit = wishes.unit(sensor, by_header, by_format)
     values = values * _per_axis(sensor, columns, unit)
@@ -196,7 +198,9 @@ def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, s
     stated = table.values["t_s"]
     unit = Unit("s", "by header")
     if not table.instants:
-        unit = unit_by_size(stated, wishes.unit("time", column.unit, by_format.get("time")))
+        if wishes.time_unit is None:
+            _refuse_strange_unit(shown, table, "time", [column])
+        unit = unit_by_size(stated, wishes.unit("time", column.unit, by_format.get("time")), table.columns)
     t_s = stated * si_per("time", unit.name)
     if wishes.only_aids and np.isfinite(t_s).all():  # each goes by the time at which it arrived
         return t_s, unit, ()
@@ -276,6 +280,9 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     data = without_zeros(data)
     encoding = encoding_of(shown, data)
     text = data.decode(encoding)
+    if DATE_AND_CLOCK.search(text[:HEAD_CHARACTERS]):
+        text = DATE_AND_CLOCK.sub("T", text)
+        data = text.encode(encoding)
     plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
     notes: tuple[str, ...] = ()
     if end := _end_of_whole_lines(shown, text, plan):
@@ -293,9 +300,18 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     if frame.empty:
         raise RecordingError(f"{shown}: no rows after the header")
     refuse_devices(shown, lambda: io.StringIO(text, newline=None), plan)
-    names = [name for _, name in _without_role(plan.layout.names, plan.columns)]
-    left = [f"columns not read: {_listed(names, MOST_NAMES)}"] if names else []
-    return replace(table_by(shown, frame, plan), notes=(*notes, *more, *left))
+    return replace(table_by(shown, frame, plan), notes=(*notes, *more, *_not_read(plan, sensor)))
+
+
+def _not_read(plan: Plan, sensor: str | None) -> Iterator[str]:
+    """Notes on columns that are not read: those that a sensor also has, and all."""
+    left = _without_role(plan.layout.names, plan.columns)
+    roles = {name: column.role for place, name in left if (column := column_of(name, place, sensor))}
+    for role in (f"{sensor[0]}x" for sensor in ARRAYS if f"{sensor[0]}x" in plan.columns):
+        if others := [name for name, its in roles.items() if its == role]:
+            yield f"{QUANTITY_OF[role[0]]}: {plan.columns[role].name.strip()}, not {', '.join(others)} (choose by columns {role}=NAME)"
+    if left:
+        yield f"columns not read: {_listed([name for _, name in left], MOST_NAMES)}"
 
 
 def _without_role(names: Sequence[str], columns: Mapping[str, Column]) -> list[tuple[int, str]]:

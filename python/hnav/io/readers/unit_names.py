@@ -51,7 +51,7 @@ for _quantity in SPELLED:
     SPELLED[_quantity].pop("r", None)
     SPELLED[_quantity].pop("d", None)  # alone these name an axis or nothing
 
-COUNTS = words_of("lsb lsbs count counts cnt cnts raw adc digit digits ticks int16 i16 code codes")
+COUNTS = words_of("lsb lsbs samples frames count counts cnt cnts raw adc digit digits ticks int16 i16 code codes")
 
 
 def spelled_unit(quantity: str, text: str) -> str | None:
@@ -101,11 +101,12 @@ def may_be_unit(text: str) -> bool:
 
 def unknown_unit(quantity: str, name: str, text: str) -> str:
     """The error text for a column with an unknown unit."""
-    if is_counts(text):
+    if is_counts(text) and quantity != "time":
         example = {
             "gyro": "'1/131 deg/s' (MPU-6050, ICM-20948 at 250 deg/s; 1/16.4 at 2000; LSM6 8.75 mdeg/s at 250; BMI160 1/131.2 at 250)",
             "accel": "'1/16384 g' (most chips at 2 g; 1/2048 at 16 g; LSM6 0.061 mg at 2 g)",
             "mag": "'0.15 uT' (AK8963, AK09916; HMC5883L 0.92 mG)",
         }[quantity]
         return f"the column {name} holds counts of the chip ({text}): say what one of them is, such as {quantity}_unit={example}"
-    return f"the unit {text!r} of the column {name} is not supported: give {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}"
+    cure = f"give {quantity}_unit={' or '.join(tuple(SI_PER[quantity])[:3])}{', or rate_hz' if quantity == 'time' else ''}"
+    return f"the unit {text!r} of the column {name} is not supported: {cure}"
