@@ -154,7 +154,9 @@ def test_times_of_fixes_without_a_unit_go_by_the_intervals_of_fixes(tmp_path, st
     """Milliseconds at 1 Hz were taken for microseconds, and 5 s for 5 ms: intervals of inertial sensors."""
     path = tmp_path / "fixes.csv"
     path.write_text("timestamp,lat,lon,alt\n" + "".join(f"{step * k},45,7,100\n" for k in range(20)))
-    np.testing.assert_allclose(read_aids(path)["position"].t_s, step * unit_s * np.arange(20))
+    aids = read_aids(path)
+    np.testing.assert_allclose(aids["position"].t_s, step * unit_s * np.arange(20))
+    assert any("by its intervals" in note for note in aids.notes) == (unit_s < 1)
 
 
 def test_parts_of_an_instant_are_no_times_and_a_height_beside_one_above_the_sea_is_above_the_ellipsoid(tmp_path):
@@ -195,6 +197,15 @@ def test_a_file_of_fixes_says_what_of_it_was_left_out(tmp_path, motion):
     assert "positions were left out: lat_deg, lon_deg without alt_m" in beside.origin.notes
     path.write_text(path.read_text().replace("vn,ve", "height above ellipsoid (m),ve"))
     assert read_aids(path)["position"].values[0, 2] == 1
+
+
+def test_fixes_without_a_height_in_a_folder_are_named(tmp_path, motion):
+    recorded.house(tmp_path, motion)
+    (tmp_path / "gps.csv").write_text("t_s,lat,lon,vn,ve\n0,45,7,1,2\n0.5,45,7,1,2\n")
+    recording = read(tmp_path)
+    assert {*recording.aids} == {"velocity"} and [one.code for one in check_aids(recording)] == ["absent"]
+    (tmp_path / "gps.csv").write_text("lat,lon,alt\n45,7,1\n45,7,2\n")
+    assert any(note.startswith("left out: ") and "column t_s is missing" in note for note in read(tmp_path).origin.notes)
 
 
 def test_what_stands_in_a_log_of_android_beside_the_sensors(tmp_path, motion):

@@ -83,7 +83,8 @@ def read_aids(
     refuse_unused_names(str(path), raw, wishes)
     found = AidsOfFile(aids_of(raw, wishes))
     warned = (NO_POSITIONS, MENDED, ORDERED, DAMAGED)
-    found.notes = tuple(note if note.startswith(warned) else f"{path.name}: {note}" for note in raw.notes)
+    inferred = (f"times in {raw.time_unit}",) if raw.time_unit.source.startswith("by its") else ()
+    found.notes = tuple(note if note.startswith(warned) else f"{path.name}: {note}" for note in (*inferred, *raw.notes))
     if not found:
         raise RecordingError(
             f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "

@@ -19,6 +19,8 @@ SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
 NO_POSITIONS = "positions were left out: "
 """Beginning of a note that is a warning."""
+LEFT_OUT = {"position": NO_POSITIONS, "velocity": "velocities were left out: "}
+"""Beginnings of notes on kinds without a column that they need."""
 
 
 def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s: np.ndarray) -> dict[str, AidSamples]:
@@ -63,7 +65,7 @@ def lonely(roles: Collection[str]) -> Iterator[str]:
         yield "course_deg was left out: speed_m_s is along body x; with a course a speed over ground is called ground_speed"
     elif ("course_deg" in roles) != ("ground_speed" in roles):
         there, other = ("course_deg", "ground_speed") if "course_deg" in roles else ("ground_speed", "course_deg")
-        yield f"velocities were left out: {there} without {other}"
+        yield f"{LEFT_OUT['velocity']}{there} without {other}"
 
 
 def whole(found: Mapping[str, AidSamples], known: np.ndarray | bool = True) -> dict[str, AidSamples]:

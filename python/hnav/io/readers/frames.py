@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import aids_in
+from hnav.io.readers.aids import LEFT_OUT, aids_in, lonely
 from hnav.io.readers.columns import QUANTITY_OF, column_of
 from hnav.io.readers.stated_units import with_units
 from hnav.io.readers.streams import Raw, Stream, Wishes
@@ -96,7 +96,7 @@ def sensor_named(name: str) -> str | None:
 
 def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
     """Adds the missing sensors and aids, each from the table whose name or columns fit best, of such with most of its samples."""
-    streams, aids, notes, unit = list(raw.streams), dict(raw.aids), list(raw.notes), raw.time_unit
+    streams, notes, unit = list(raw.streams), list(raw.notes), raw.time_unit
     for sensor in ARRAYS:
         having = {name: table for name, table in tables.items() if sensor[0] + "x" in table.columns}
         if not having or sensor in {stream.sensor for stream in streams}:
@@ -107,9 +107,18 @@ def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes
         streams.append(stream)
         others = ", ".join(other for other in having if other != name)
         notes += [*more, *([f"{sensor}: {name}, not {others}"] if others else [])]
+    return _with_aids(replace(raw, streams=streams, notes=tuple(notes), time_unit=unit), shown, tables, wishes, by_format)
+
+
+def _with_aids(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
+    """Adds the missing kinds of aids, of the first table that has samples, and notes on what was left out of kinds that none has."""
+    aids, notes = {kind: one for kind, one in raw.aids.items() if len(one.t_s)}, list(raw.notes)
     for table in tables.values():
-        aids |= {kind: one for kind, one in _aids(shown, table, wishes, by_format).items() if kind not in aids and len(one.t_s)}
-    return replace(raw, streams=streams, aids=aids, notes=tuple(notes), time_unit=unit)
+        found, more = _aids(shown, table, wishes, by_format)
+        aids = {kind: one for kind, one in found.items() if len(one.t_s)} | aids
+        notes += more
+    there = tuple(LEFT_OUT[kind] for kind in LEFT_OUT.keys() & aids.keys())
+    return replace(raw, aids=aids, notes=tuple(dict.fromkeys(note for note in notes if not note.startswith(there))))
 
 
 def sensor_stream(
@@ -123,14 +132,15 @@ def sensor_stream(
     return replace(stream, t_s=t_s[present], values=stream.values[present]), unit, mended
 
 
-def _aids(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> dict[str, AidSamples]:
+def _aids(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[dict[str, AidSamples], list[str]]:
+    """Samples of what aids, and notes on what was left out; satellites without a time do not invalidate the rest."""
     if not any(column.aids for column in table.columns.values()):
-        return {}
-    alone = replace(wishes, only_aids=True)
+        return {}, []
     try:
-        return aids_in(table.columns, table.values, times_of(shown, table, alone, by_format)[0])
-    except RecordingError:  # satellites without a time do not invalidate the rest
-        return {}
+        t_s, _, mended = times_of(shown, table, replace(wishes, only_aids=True), by_format)
+        return aids_in(table.columns, table.values, t_s), [*mended, *lonely(table.columns)]
+    except RecordingError as error:
+        return {}, [f"left out: {error}"]
 
 
 def numbers(column: Any) -> Any:

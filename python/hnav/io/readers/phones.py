@@ -19,12 +19,11 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID
-from hnav.io.readers.aids import aids_in
-from hnav.io.readers.frames import sensor_stream
+from hnav.io.readers.frames import raw_of_tables, sensor_stream
 from hnav.io.readers.packed import NO_ZIP, ZIP_MAGIC, members_of
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import Table, parse, raw_of, times_of
-from hnav.io.recordings import RecordingError, Unit
+from hnav.io.readers.tables import Table, parse
+from hnav.io.recordings import RecordingError
 
 # Names of the files of a sensor in these apps, best first; small letters, without blanks.
 FILES = {
@@ -60,44 +59,45 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     if not tables:
         inside = ", ".join(sorted(files)[:8]) or "no CSV"
         raise RecordingError(f"{path}: holds no Gyroscope.csv, Accelerometer.csv or Magnetometer.csv, but {inside}")
-    first = _parsed(path, next(iter(tables)), tables, wishes)
-    if len(first.columns) > 6:  # all sensors in each file
-        return raw_of(str(path), first, wishes, name="phone")
-    of_app = any(stem in names for names in FILES.values() for stem in tables)
-    format = "phyphox" if of_app else "folder"
-    format = "sensor-logger" if any("seconds_elapsed" in name for name in first.layout.names) else format
-    streams: list[Stream] = []
-    notes, time_unit = [], Unit("s", "by format")
-    for sensor in FILES:
-        if stem := _best(path, sensor, tables):
-            table = _parsed(path, stem, tables, wishes, sensor)
-            stream, time_unit, mended = sensor_stream(f"{path}, {stem}.csv", table, sensor, wishes, UNITS)
-            stream, note = _whole_force(path, stem, stream, files, wishes)
-            streams.append(stream)
-            notes += [*mended, *filter(None, [note])]
-        elif sensor != "mag":
-            raise RecordingError(f"{path}: has no file of the {sensor}: record it too ({', '.join(sorted(files))})")
-    aids, left_out = _aids(path, files, wishes, format)
-    return Raw(format, streams, time_unit, (*notes, *left_out), aids=aids)
+    chosen = {sensor: stem for sensor in FILES if (stem := _best(path, sensor, tables))}
+    read = {stem: _parsed(path, stem, files, wishes, sensor) for sensor, stem in chosen.items()}
+    aiding, left_out = _aiding(path, files, wishes)
+    there = {f"{stem}.csv": table.layout.names for stem, table in read.items()}
+    raw = raw_of_tables(str(path), {**read, **aiding}, there, wishes, _app(read), UNITS)
+    forces = {
+        stream.sensor: _whole_force(path, chosen["accel"], stream, files, wishes)
+        for stream in raw.streams
+        if stream.sensor == "accel"
+    }
+    streams = [forces[stream.sensor][0] if stream.sensor in forces else stream for stream in raw.streams]
+    notes = (*raw.notes, *left_out, *(note for _, note in forces.values() if note))
+    return replace(raw, streams=streams, notes=notes, aids=_above_sea(raw, aiding))
 
 
-def _aids(path: Path, files: Mapping[str, bytes], wishes: Wishes, format: str) -> tuple[dict[str, AidSamples], list[str]]:
-    """Samples of satellites and barometer, and notes on unreadable ones, which do not refuse the rest."""
-    aids: dict[str, AidSamples] = {}
-    left_out = []
+def _app(tables: Mapping[str, Table]) -> str:
+    """The app that writes such files."""
+    if any("seconds_elapsed" in name for table in tables.values() for name in table.layout.names):
+        return "sensor-logger"
+    return "phyphox" if any(stem in names for names in FILES.values() for stem in tables) else "folder"
+
+
+def _above_sea(raw: Raw, aiding: Mapping[str, Table]) -> dict[str, AidSamples]:
+    """Of phyphox heights are corrected by the geoid, where their name does not state the ellipsoid: https://phyphox.org/wiki"""
+    heights = [table.columns["alt_m"].name for table in aiding.values() if "alt_m" in table.columns]
+    corrected = raw.format == "phyphox" and not any(map(ABOVE_ELLIPSOID.search, heights))
+    return {kind: replace(one, above_sea=True) if corrected and kind == "position" else one for kind, one in raw.aids.items()}
+
+
+def _aiding(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dict[str, Table], list[str]]:
+    """Tables of satellites and barometer, and notes on unreadable ones, which do not refuse the rest."""
+    found, left_out = {}, []
     for names in AID_FILES:
         if stem := next((name for name in names if name in files), None):
-            shown, alone = f"{path}, {stem}.csv", replace(wishes, only_aids=True)
             try:
-                table = parse(shown, files[stem], alone)
-                found = aids_in(table.columns, table.values, times_of(shown, table, alone, {})[0])
-                if format == "phyphox" and "position" in found and not ABOVE_ELLIPSOID.search(table.columns["alt_m"].name):
-                    # Corrected by the geoid: https://phyphox.org/wiki
-                    found["position"] = replace(found["position"], above_sea=True)
-                aids |= found
+                found[stem] = parse(f"{path}, {stem}.csv", files[stem], replace(wishes, only_aids=True))
             except RecordingError as error:
                 left_out.append(f"left out: {error}")
-    return aids, left_out
+    return found, left_out
 
 
 def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
