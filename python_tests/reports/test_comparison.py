@@ -78,6 +78,7 @@ def test_the_same_trajectory_is_the_same_in_every_format(tmp_path):
         tum(tmp_path / "tum.txt", t_s, attitude, position),
         recorded.write_rows(tmp_path / "euroc.csv", euroc, [1e9 * t_s, *position.T, *q[:, [3, 0, 1, 2]].T]),
         recorded.write_rows(tmp_path / "own.csv", "t_s,x,y,z,qx,qy,qz,qw", [t_s, *position.T, *q.T]),
+        recorded.write_rows(tmp_path / "px4.csv", "time,x,y,z,q[0],q[1],q[2],q[3]", [t_s, *position.T, *q[:, [3, 0, 1, 2]].T]),
         recorded.write_rows(
             tmp_path / "angles.csv", "time,pos_x,pos_y,pos_z,roll_deg,pitch_deg,yaw_deg", [t_s, *position.T, *euler.T]
         ),
