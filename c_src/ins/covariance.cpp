@@ -10,9 +10,13 @@ constexpr double small_m_s2 = 0.1, longest_s = 1, turns_alike_s = 5;
 // latency look observed: that of a simulated motorcycle was .05 s at a sigma of .03, true .3, its tilt ready and wrong for 5 % of the time.
 constexpr double shortest_age_s = 0.1;
 
-// Variances of vibration and noise per sample and axis, at the low frequencies that an estimate integrates.
-double rate_noise2(const State& s) { return s.slow_noise.at_most(s.held.vibration_rate2, SlowNoise::rate); }
+// Variance of vibration and noise of a force sample and axis, at the low frequencies that an estimate integrates.
 double force_noise2(const State& s) { return s.slow_noise.at_most(s.held.vibration_force2, SlowNoise::force); }
+
+// Their power spectral density there. share: of the variance between neighbouring samples, where means show no less.
+double noise_density(const State& s, double share, double between2, int k) {
+    return s.usual_interval_s * s.slow_noise.at_most(share * between2, k);
+}
 
 // Averaging time that reduces vibration to small_m_s2.
 double mean_force_over_s(const State& s) {
@@ -258,13 +262,13 @@ Model::Colour Model::colour_of(const State& s, const double* mean) const {
 // Power spectral density of the force noise: that of the sensor, or vibration.
 double Model::force_psd(const State& s) const {
     return std::fmax(square(options_.accel_noise_m_s_per_sqrt_s),
-                     options_.vibration_share * s.usual_interval_s * force_noise2(s));
+                     noise_density(s, options_.vibration_share, s.held.vibration_force2, SlowNoise::force));
 }
 
 // Variance of the rotation about one axis over the window, likewise.
 double Model::turn_variance(const State& s) const {
-    const double psd =
-        std::fmax(square(options_.gyro_noise_rad_per_sqrt_s), options_.vibration_share * s.usual_interval_s * rate_noise2(s));
+    const double psd = std::fmax(square(options_.gyro_noise_rad_per_sqrt_s),
+                                 noise_density(s, options_.vibration_share, s.held.vibration_rate2, SlowNoise::rate));
     return psd * s.window.length_s + square(options_.gyro_rate_noise_sqrt_s) * s.window.turned2;
 }
 

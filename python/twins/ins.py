@@ -261,9 +261,9 @@ class InsReference:
         self.before = self.rate, self.force
         self.slow_noise.note(rate, force, T)
 
-    def noise2(self) -> tuple[float, float]:
-        """Variances of rate and force per sample and axis, at low frequencies."""
-        rate2, force2 = self.slow_noise.at_most(np.array([self.vibration_rate2, self.vibration_force2])).tolist()
+    def noise2(self, share: float = 1.0) -> tuple[float, float]:
+        """Variances of rate and force per sample and axis, at low frequencies; share: of those between neighbouring samples."""
+        rate2, force2 = self.slow_noise.at_most(share * np.array([self.vibration_rate2, self.vibration_force2])).tolist()
         return rate2, force2
 
     def felt_over_s(self) -> float:
@@ -323,10 +323,9 @@ class InsReference:
             P[DIRECTION, DIRECTION] += o.field_direction_rad**2 * (1 - stays**2)
             P[IRON, IRON] += IRON_WALK**2 * T * np.eye(3)
             P[STRENGTH, STRENGTH] += IRON_WALK**2 * T
-        share, one = o.vibration_share * self.interval_s, np.eye(3)
-        rate2, force2 = self.noise2()
-        accel = max(o.accel_noise_m_s_per_sqrt_s**2, share * force2) * T
-        gyro = max(o.gyro_noise_rad_per_sqrt_s**2, share * rate2) * T
+        (rate2, force2), one = self.noise2(o.vibration_share), np.eye(3)
+        accel = max(o.accel_noise_m_s_per_sqrt_s**2, self.interval_s * force2) * T
+        gyro = max(o.gyro_noise_rad_per_sqrt_s**2, self.interval_s * rate2) * T
         P[V, V] += accel * one
         P[D, D] += accel * T**2 / 3 * one
         P[D, V] += accel * T / 2 * one
