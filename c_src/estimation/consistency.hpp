@@ -24,9 +24,9 @@ struct Consistency {
     static constexpr double memory = 20; // samples, of the successive differences
     static constexpr double largest = 25; // one difference counts at most as much
     static constexpr double at_once = 2, slow_s = 30; // ratio of variances beyond which the noise follows at once; else so slowly
-    // Chosen: time in which the correlation time follows, and its start; it is at most the short window, whose means show it. Of simulated bodies whose receivers have errors that last for 3 s the
-    // tilt was ready and wrong for 4 to 19 % of the time (cable car, rowing boat, anchored ship), now for at most .5 %; with white errors a car
-    // is ready after 19.6 s (18.3 without).
+    // Chosen: time in which the correlation time follows, and its start; it is at most the short window, whose means show it. Of simulated
+    // bodies whose receivers have errors that last for 3 s the tilt was ready and wrong for 4 to 19 % of the time (cable car, rowing boat,
+    // anchored ship), now for at most .5 %; with white errors a car is ready after 19.6 s (18.3 without).
     static constexpr double colour_slow_s = 40, usual_colour_s = 0.3;
 
     double mean[windows][most_rows], share[windows]; // of the normalised innovations; share of the newest in it

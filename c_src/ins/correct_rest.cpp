@@ -14,7 +14,7 @@ void Model::note_slow(State& s, double now_s) {
 
 // An IMU cannot distinguish rest from constant velocity, so the speed must be small too: the GNSS speed while it is fresh, otherwise
 // the estimated speed while its sigma is small. A body with a given place and without aids is at rest, even if it sways, and so is one between
-// stated rests. Stated rests of a foot are instants: with each taken for two seconds its velocity was ready and wrong for 22 % of the time, not at all.
+// stated rests. Those of a foot are instants: with each taken for two seconds its velocity was ready and wrong for 22 % of the time, now for 0.
 bool Model::at_rest(const State& s, double now_s) const {
     constexpr double fresh_s = 2, known_m_s = 1;
     const bool alone = place_given(options_) && s.used[velocity] + s.used[position] + s.used[speed] == 0;
@@ -84,9 +84,10 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
 
 // What the attitude turns by while the body stands is an error. A tilt and the bias that produces the same force stay indistinguishable, so that
 // direction stays in t as with corrections (turn_biases). In body axes the errors of the gyroscope would seem to observe it: in ten minutes the
-// tilt of consumer sensors was ready at a sigma of .6 deg and an error of 6.9, now 2.5 and 2.4.
+// tilt of consumer sensors was ready at a sigma of .6 deg and an error of 6.9, now 2.5 and 2.4. Steps that this event has admitted have turned the
+// attitude already: they are within.
 void Model::note_false_turn(State& s) {
-    if (s.window.length_s > 0) vec(s.turned_b) += rotation_vector(multiply(conjugate(quat(s.window.began_q)), quat(s.x + 6)));
+    if (s.window.length_s > 0) vec(s.turned_b) = rotation_vector(multiply(conjugate(quat(s.window.began_q)), quat(s.x + 6)));
 }
 
 void Model::hold_velocity(State& s, Covariance& P, const Event& event, bool stated) const {

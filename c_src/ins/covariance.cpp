@@ -60,7 +60,7 @@ Vector3 shown_force(const State& s) {
 // The force in t that turns attitude errors into velocity errors. At rest it is that against gravity: the noise that vibration leaves in the
 // mean made the heading of tactical sensors look observable, in ten minutes 2.1 deg at an error of 6.6 (5.7 and 5.5 with this).
 Vector3 Model::transition_force(const State& s, const Vector3& raw) const {
-    return stands(s) ? Vector3(-vec(s.gravity)) : moving_force(s, raw, options_.correction_interval_s);
+    return at_rest(s, s.last_event_s) ? Vector3(-vec(s.gravity)) : moving_force(s, raw, options_.correction_interval_s);
 }
 
 // Gathers the interval since the last event, evaluated at its middle.

@@ -240,7 +240,6 @@ private:
     static void note_false_turn(State& s);
     void hold_velocity(State& s, Covariance& P, const Event& event, bool stated) const;
     void hold_heading(State& s, Covariance& P, const Event& event) const;
-    bool stands(const State& s) const { return at_rest(s, s.last_event_s); } // since the last event
     void look_for_glide(State& s, Covariance& P, double now_s) const;
     static void note_slow(State& s, double now_s);
     void admit_departure(State& s, Covariance& P) const;

@@ -20,8 +20,8 @@
 namespace hnav::observer {
 namespace {
 
-constexpr double smallest_split =
-    1e-3; // chosen: share led over a guard by noise before it becomes a part, of which a state holds few
+// Chosen: share led over a guard by noise before it becomes a part, of which a state holds few.
+constexpr double smallest_split = 1e-3;
 
 // What is left of a part on one side of a guard: its weight; the mean moves by shift k, the covariance loses loss k k'.
 struct Cut {
@@ -41,8 +41,8 @@ Cuts cuts_at(double a) {
 
 // a, and the variance of what has crossed in the units of a. Mean and mean square of both together are those of the part.
 Cuts cuts_by_noise(double a, double share, double variance) {
-    constexpr double least =
-        0.1; // chosen: a share of several intervals may be larger than its variance, that of the newest, allows
+    // Chosen: a share of several intervals may be larger than its variance, that of the newest, allows.
+    constexpr double least = 0.1;
     const double left = 1 - share, mean = a / left;
     const double variance_left = std::max(least, (1 + a * a - share * variance) / left - mean * mean);
     return {{left, mean - a, 1 - variance_left}, {share, -a, 1 - variance}};

@@ -4,6 +4,7 @@
 
 #include "maths/rotation.hpp"
 #include "signals/hold.hpp"
+#include "signals/slow_noise.hpp"
 
 #include <cmath>
 #include <limits>
@@ -95,11 +96,10 @@ private:
         if (!(interval_s > 0) || !(interval_s < longest_s)) return;
         const double share = interval_s / (memory_s + interval_s);
         if (!std::isfinite(past_turn[1][0])) return; // the last three samples were not evenly spaced
-        const Vector3 w = new_rate - 2 * vector(read_rate[0]) + vector(read_rate[1]);
-        const Vector3 f = new_force - 2 * vector(read_force[0]) + vector(read_force[1]);
-        // White samples of variance 1 have second differences of variance 6, on three axes 18.
-        vibration_rate2 += share * (w.squaredNorm() / 18 - vibration_rate2);
-        vibration_force2 += share * (f.squaredNorm() / 18 - vibration_force2);
+        const double rate2 = second_difference2(new_rate, vector(read_rate[0]), vector(read_rate[1]));
+        const double force2 = second_difference2(new_force, vector(read_force[0]), vector(read_force[1]));
+        vibration_rate2 += share * (rate2 / second_difference2_of_white - vibration_rate2);
+        vibration_force2 += share * (force2 / second_difference2_of_white - vibration_force2);
     }
 };
 

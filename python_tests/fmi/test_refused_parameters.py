@@ -65,8 +65,9 @@ def test_it_is_called_as_the_user_sees_it(name, version, values, said):
 
 
 @versions
-def test_a_queue_that_no_memory_holds_is_refused(version):
-    with Fmu(built_fmu("Ins", version)) as fmu:
+@pytest.mark.parametrize("name", ("Ahrs", "Hrekf", "Ins"))
+def test_a_queue_that_no_memory_holds_is_refused(name, version):
+    with Fmu(built_fmu(name, version)) as fmu:
         said = refusal(fmu, **{"timing.queue_capacity": 1000000})
     assert re.fullmatch(r"timing\.queue_capacity = 1000000 takes [\d.]+ GiB: a filter may take 1 GiB, which holds \d+", said)
 

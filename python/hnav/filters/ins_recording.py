@@ -19,7 +19,7 @@ from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import AIDS, Aids
 from hnav.filters.ins_answers import InsRun
 from hnav.filters.options import Options
-from hnav.io.aids import AidSamples, AidsOfFile, arrived_within
+from hnav.io.aids import AidSamples, AidsOfFile, arrived_within, none_within
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 
@@ -53,7 +53,7 @@ def with_aids(recording: Recording, aids: Mapping[str, AidSamples]) -> Recording
 def refuse_other_clock(name: str, begin_s: float, end_s: float, aids: Mapping[str, AidSamples]) -> None:
     """Raises HnavValueError when no time of the aids lies within that of the rows."""
     times = np.concatenate([one.t_s for one in aids.values()] or [np.empty(0)])
-    if len(times) and not ((times >= begin_s) & (times <= end_s)).any():
+    if none_within(times, begin_s, end_s):
         raise HnavValueError(
             "no data", f"{name}: satellites have times from {times.min():.10g} to {times.max():.10g} s, its rows from {begin_s:.10g} to "
             f"{end_s:.10g} s: give both the same clock"

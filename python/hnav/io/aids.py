@@ -57,6 +57,11 @@ class AidsOfFile(dict[str, AidSamples]):
     """Choices of the reader: columns left out, quality of the fixes."""
 
 
+def none_within(t_s: np.ndarray, begin_s: float, end_s: float) -> bool:
+    """Whether there are times, and all lie outside: they are of another clock."""
+    return bool(len(t_s)) and not ((t_s >= begin_s) & (t_s <= end_s)).any()
+
+
 def by_arrival(samples: AidSamples) -> AidSamples:
     """The samples in order of arrival."""
     return samples.rows(np.argsort(samples.arrived_s, kind="stable"))

@@ -324,7 +324,7 @@ class LiveLines:
         if column is None:
             raise RecordingError(f"{missing_column(SHOWN, table, 't_s')}, or give rate_hz")
         unit = unit_by_size(table.values["t_s"], self._wishes.unit("time", column.unit), table.columns)
-        if unit.source.startswith("by its"):
+        if unit.is_inferred:
             self.notes.append(f"time: {unit}")
         return column.place, si_per("time", unit.name)
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from hnav.io.accelerating import following_of
-from hnav.io.aids import AidSamples
+from hnav.io.aids import AidSamples, none_within
 from hnav.io.findings import Finding, warning
 from hnav.io.readers.aid_columns import PER
 from hnav.io.readers.aids import NO_POSITIONS
@@ -33,11 +33,8 @@ PAIR_S, MOVING_M_S, FEWEST_PAIRS, MOST_PAIRS = 2.0, 2.0, 30, 20_000  # of fixes 
 LEVEL_S = 2.5  # either side, over which the mean force points up
 LEAST_TURN_RAD = np.radians(5)  # standard deviation of the changes of course
 MOST_LATE_S, LATE_STEP_S = 3.0, 0.02
-FAR_LATE_S, FAR_STEP_S, FAR_PAIRS = (
-    40.0,
-    0.25,
-    1000,
-)  # as of GPS time, 18 s ahead of UTC, and TAI, 37 s; pairs that such a search takes
+FAR_LATE_S, FAR_STEP_S, FAR_PAIRS = 40.0, 0.25, 1000
+"""As of GPS time, 18 s ahead of UTC, and TAI, 37 s; pairs that such a search takes."""
 TURNS_TOGETHER, LATE_S, MORE_EXPLAINED = 0.93, 0.25, 0.01  # smaller delays are estimated by INS
 WILD_RAD = 0.5
 ABOVE_SEA = (
@@ -93,7 +90,7 @@ def _of_another_clock(recording: Recording) -> Iterator[Finding]:
     """Kinds of which no sample lies within the rows: no filter uses them."""
     begin_s, end_s = float(recording.t_s[0]), float(recording.t_s[-1])
     for kind, one in recording.aids.items():
-        if len(one.t_s) and not ((one.t_s >= begin_s) & (one.t_s <= end_s)).any():
+        if none_within(one.t_s, begin_s, end_s):
             shown = f"times from {one.t_s.min():.10g} to {one.t_s.max():.10g} s, the rows have {begin_s:.10g} to {end_s:.10g} s"
             yield warning("clock", kind, shown, advice="name the column of their common clock: columns t_s=NAME", certain=True)
 

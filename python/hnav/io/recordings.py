@@ -40,7 +40,12 @@ class Unit:
     name: str
     """One of hnav.units.SI_PER[sensor]."""
     source: str
-    """given, by header, by format, or assumed."""
+    """given, by header, by format, by its intervals, by its size, or assumed."""
+
+    @property
+    def is_inferred(self) -> bool:
+        """From the numbers themselves."""
+        return self.source.startswith("by its")
 
     def __str__(self) -> str:
         return f"{self.name} {self.source}"

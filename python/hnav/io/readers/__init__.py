@@ -83,7 +83,7 @@ def read_aids(
     refuse_unused_names(str(path), raw, wishes)
     found = AidsOfFile(aids_of(raw, wishes))
     warned = (NO_POSITIONS, MENDED, ORDERED, DAMAGED)
-    inferred = (f"times in {raw.time_unit}",) if raw.time_unit.source.startswith("by its") else ()
+    inferred = (f"times in {raw.time_unit}",) if raw.time_unit.is_inferred else ()
     found.notes = tuple(note if note.startswith(warned) else f"{path.name}: {note}" for note in (*inferred, *raw.notes))
     if not found:
         raise RecordingError(

@@ -64,14 +64,13 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     aiding, left_out = _aiding(path, files, wishes)
     there = {f"{stem}.csv": table.layout.names for stem, table in read.items()}
     raw = raw_of_tables(str(path), {**read, **aiding}, there, wishes, _app(read), UNITS)
-    forces = {
-        stream.sensor: _whole_force(path, chosen["accel"], stream, files, wishes)
-        for stream in raw.streams
-        if stream.sensor == "accel"
-    }
-    streams = [forces[stream.sensor][0] if stream.sensor in forces else stream for stream in raw.streams]
-    notes = (*raw.notes, *left_out, *(note for _, note in forces.values() if note))
-    return replace(raw, streams=streams, notes=notes, aids=_above_sea(raw, aiding))
+    streams, notes = [], [*raw.notes, *left_out]
+    for stream in raw.streams:
+        if stream.sensor == "accel":
+            stream, note = _whole_force(path, chosen["accel"], stream, files, wishes)
+            notes += filter(None, [note])
+        streams.append(stream)
+    return replace(raw, streams=streams, notes=tuple(notes), aids=_above_sea(raw, aiding))
 
 
 def _app(tables: Mapping[str, Table]) -> str:

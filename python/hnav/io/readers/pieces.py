@@ -133,7 +133,7 @@ class LongTable:
             raise _NotPlain
         raw = raw_of(str(self._path), table_by(str(self._path), frame, self._plan), self._wishes)
         units = {"time": raw.time_unit, **{stream.sensor: stream.unit for stream in raw.streams}}
-        said: dict[str, Any] = {f"{name}_unit": unit.name for name, unit in units.items() if unit.source.startswith("by its")}
+        said: dict[str, Any] = {f"{name}_unit": unit.name for name, unit in units.items() if unit.is_inferred}
         return replace(self._wishes, **said)
 
     def _recording(self, frame: pd.DataFrame, before: int) -> Recording:

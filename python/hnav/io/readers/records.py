@@ -100,7 +100,7 @@ def _of_hdf5(path: Path) -> dict[str, np.ndarray]:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not name.startswith("#"):
             key = name.replace("/", "_")
             found[key] = np.asarray(item[()])
-            stated = next((value for key, value in item.attrs.items() if key.lower() in UNIT_NAMES), None)
+            stated = next((value for called, value in item.attrs.items() if called.lower() in UNIT_NAMES), None)
             if stated is not None:
                 found[f"{key}_unit"] = np.asarray(stated.decode() if isinstance(stated, bytes) else str(stated))
 
