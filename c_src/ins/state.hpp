@@ -218,6 +218,7 @@ struct State {
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over turns_alike_s, which averages sway
     double mean_force2; // mean square of the mean force along the horizontal
+    double false_force2; // mean of the part of it that errors of tilt and accelerometer bias cause
     double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
     Window window;
     FreeGates gates;

@@ -103,4 +103,11 @@ private:
     bool positive_ = true;
 };
 
+// innovation' S^-1 innovation; 0 where S has no sign.
+template <int m, class R>
+inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& innovation) {
+    const Cholesky<m, R> factor(S);
+    return factor.positive() ? factor.quadratic_form(innovation) : 0;
+}
+
 } // namespace hnav

@@ -9,16 +9,18 @@ namespace hnav {
 // Places of the checks, and bits of what they reject.
 enum CheckedSensor : int { checked_gyro, checked_accel, checked_mag, checked_count };
 
-// The limits of the three sensors by the options of a filter. The smallest ranges are those of chips that one can buy, 125 deg/s and
-// 2 g; those of magnetometers are not known.
+// The smallest ranges of chips that one can buy, 125 deg/s and 2 g.
+constexpr double least_gyro_range_rad_s = 1.7, least_accel_range_m_s2 = 18;
+
+// The limits of the three sensors by the options of a filter. The smallest ranges of magnetometers are not known.
 template <class R>
 struct CheckLimits {
     SensorCheckSettings<R> of[checked_count];
 
     template <class Options>
     CheckLimits(const Options& o, R mag_range)
-        : of{{R(o.outlier_rate_rad_s), R(o.gyro_range_rad_s), R(1.7)},
-             {R(o.outlier_force_m_s2), R(o.accel_range_m_s2), 18},
+        : of{{R(o.outlier_rate_rad_s), R(o.gyro_range_rad_s), R(least_gyro_range_rad_s)},
+             {R(o.outlier_force_m_s2), R(o.accel_range_m_s2), R(least_accel_range_m_s2)},
              {0, mag_range, R(1e6)}} {}
 };
 

@@ -28,7 +28,8 @@ struct HeldSample {
 
     // A new sample, interval_s after the last one.
     void hold(const Vector3& now_rate, const Vector3& now_force, double interval_s, double usual_interval_s, Hold hold) {
-        note_vibration(now_rate, now_force, interval_s);
+        const bool is_even = std::fabs(interval_s - past_interval_s) <= 0.2 * interval_s;
+        if (is_even) note_vibration(now_rate, now_force, interval_s);
         vector(coning).setZero();
         vector(sculling).setZero();
         if (hold == Hold::backward) bridge(now_rate, now_force, interval_s, usual_interval_s);
@@ -40,7 +41,7 @@ struct HeldSample {
         vector(rate) = new_rate;
         vector(force) = new_force;
         if (!(interval_s > 0)) return;
-        if (!(std::fabs(interval_s - past_interval_s) <= 0.2 * interval_s)) forget_past();
+        if (!is_even) forget_past();
         const Vector3 turn = interval_s * new_rate, gain = interval_s * new_force;
         if (hold != Hold::forward) put_coning(turn, gain, interval_s);
         for (int k = history - 1; k > 0; --k) {
@@ -89,13 +90,12 @@ private:
         vector(sculling) = share * (vector(force) - new_force);
     }
 
-    // The difference between a sample and the mean of its neighbours: vibration, and the noise of the sensor. A motion that
+    // The difference between a sample and the mean of its neighbours, evenly spaced: vibration, and the noise of the sensor. A motion that
     // the sampling resolves leaves nothing there.
     void note_vibration(const Vector3& new_rate, const Vector3& new_force, double interval_s) {
         constexpr double memory_s = 2, longest_s = 1; // longer is a gap, after which INS starts again
         if (!(interval_s > 0) || !(interval_s < longest_s)) return;
         const double share = interval_s / (memory_s + interval_s);
-        if (!std::isfinite(past_turn[1][0])) return; // the last three samples were not evenly spaced
         const double rate2 = second_difference2(new_rate, vector(read_rate[0]), vector(read_rate[1]));
         const double force2 = second_difference2(new_force, vector(read_force[0]), vector(read_force[1]));
         vibration_rate2 += share * (rate2 / second_difference2_of_white - vibration_rate2);

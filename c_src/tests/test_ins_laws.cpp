@@ -452,10 +452,11 @@ TEST(InsHeading, OneThatContradictsMotionIsWeighedDown) {
     EXPECT_LT(off[1], 1 * deg);
 }
 
-Truth standing() {
+// On a turntable.
+Truth standing(double turn_rad_s = 0) {
     const Vector3 p = earth::position_of(town);
     const Quaternion q = quaternion_from_matrix(earth::axes_at(town));
-    return {[=](double) { return p; }, [=](double) { return q; }};
+    return {[=](double) { return p; }, [=](double t) { return multiply(q, rotation_quaternion(Vector3(0, 0, turn_rad_s * t))); }};
 }
 
 // The mean of white noise over the time is what is left; noise_rad_per_sqrt_s of the gyroscopes and of the base.
@@ -472,6 +473,15 @@ TEST(InsRest, ABiasIsKnownNoBetterThanTheNoiseOfItsMean) {
         EXPECT_GT(run.filter.newest().P[ins::packed(row, row)], 0.5 * square(o.gyro_noise_rad_per_sqrt_s) / 30);
     }
     EXPECT_GT(run.filter.newest().P[ins::packed(ins::row_gyro + 2, ins::row_gyro + 2)], 0.5 * noise2 / 30);
+}
+
+TEST(InsRest, ASteadyTurnThatNoBiasCanBeIsATurn) {
+    const Truth truth = standing(20 * deg);
+    ins::Options o = usual();
+    o.start_sigma_gyro_bias_rad_s = 0.5 * deg;
+    Flight run(o);
+    drive(run, truth, 60, [](ins::Sample&) {});
+    EXPECT_LT(ins::vec(run.filter.newest().gyro_bias).norm(), 0.5 * deg);
 }
 
 // Receivers repeat positions when they have no fix. At rest they are equal because nothing moves.

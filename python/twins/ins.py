@@ -150,7 +150,8 @@ class InsReference:
     """Sigma of the delay that receivers add to the vertical."""
 
     def __init__(self, options: Options, t_s: float, place: Array, rate: Array, force: Array, since_s: float):
-        """At the first fix: place is latitude and longitude in rad, and height. since_s: time since the first sample, the one before."""
+        """At the first fix: place is latitude and longitude in rad, and height; rate and force 2 x 3, of the first sample and of the one at
+        the fix, which is since_s later."""
         self.o = o = options
         self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)
         self.earth_rate = self.T.T @ [0, 0, earth.RATE_RAD_S]
@@ -166,12 +167,12 @@ class InsReference:
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
         self.t_s = self.corrected_s = t_s
-        self.rate, self.force = np.array(rate, float), np.array(force, float)
+        self.rate, self.force = np.array(rate[1], float), np.array(force[1], float)
         self.interval_s = 0.0
-        self.before: tuple[Array, Array] | None = None  # the rate and force held before these
-        self.vibration_rate2 = self.vibration_force2 = self.felt2 = 0.0
+        self.before = np.array(rate[0], float), np.array(force[0], float)  # held before these
+        self.vibration_rate2 = self.vibration_force2 = self.felt2 = self.false2 = 0.0
         self.slow_noise = SlowNoise()
-        self.slow_noise.note(rate, force, since_s)
+        self.slow_noise.note(self.rate, self.force, since_s)
         self.felt: Array | None = None
         self.recent_acceleration = np.zeros(3)
         self.put_gravity()
@@ -233,7 +234,7 @@ class InsReference:
     def gather(self, T: float, R: Array) -> None:
         """Accumulates the last interval, at its middle."""
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
-        self.feel(raw, T)
+        self.feel(raw, R, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
         age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
         self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (force + self.gravity - self.recent_acceleration)
@@ -253,11 +254,10 @@ class InsReference:
 
     def note_vibration(self, T: float, rate: Array, force: Array) -> None:
         """Second differences of neighbouring samples: six times the variance of white noise, on three axes each."""
-        if self.before is not None:
-            share = T / (VIBRATION_S + T)
-            w, f = rate - 2 * self.rate + self.before[0], force - 2 * self.force + self.before[1]
-            self.vibration_rate2 += share * (float(w @ w) / 18 - self.vibration_rate2)
-            self.vibration_force2 += share * (float(f @ f) / 18 - self.vibration_force2)
+        share = T / (VIBRATION_S + T)
+        w, f = rate - 2 * self.rate + self.before[0], force - 2 * self.force + self.before[1]
+        self.vibration_rate2 += share * (float(w @ w) / 18 - self.vibration_rate2)
+        self.vibration_force2 += share * (float(f @ f) / 18 - self.vibration_force2)
         self.before = self.rate, self.force
         self.slow_noise.note(rate, force, T)
 
@@ -270,18 +270,22 @@ class InsReference:
         """Time over which vibration is averaged away to something small."""
         return min(LONGEST_S, self.noise2()[1] * self.interval_s / (2 * SMALL_M_S2**2))
 
-    def feel(self, force: Array, T: float) -> None:
-        """The force without vibration, and its mean square along the horizontal."""
+    def feel(self, force: Array, R: Array, T: float) -> None:
+        """The force without vibration, its mean square along the horizontal, and the share of errors of tilt and accelerometer bias."""
         felt = force if self.felt is None else self.felt
         self.felt = felt + T / (self.felt_over_s() + T) * (force - felt)
         self.felt2 += T / (FELT_S + T) * (float(self.felt[:2] @ self.felt[:2]) - self.felt2)
+        errors = np.zeros((2, ERRORS))
+        errors[:, PHI] = cross_matrix(np.array([0, 0, np.linalg.norm(self.gravity)]))[:2]
+        errors[:, ACCEL] = -R[:2]
+        self.false2 += T / (FELT_S + T) * (np.trace(errors @ self.P @ errors.T) - self.false2)
 
     def moving_force(self, raw: Array, over_s: float) -> Array:
         """The part of a force, a mean over so long, by which errors of the attitude become those of the velocity."""
         noise2 = 2 * self.noise2()[1] * self.interval_s
         if self.felt is None or not noise2 > 0:
             return raw
-        moved2 = max(0.0, self.felt2 - noise2 / (2 * self.felt_over_s() + self.interval_s))
+        moved2 = max(0.0, self.felt2 - self.false2 - noise2 / (2 * self.felt_over_s() + self.interval_s))
         steady = self.felt * np.array([moved2 / self.felt2, moved2 / self.felt2, 1])
         moving: Array = steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady)
         return moving

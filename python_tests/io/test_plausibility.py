@@ -248,6 +248,14 @@ def test_a_leg_that_swings_faster_forward_than_back_is_not_taken_for_degrees():
     assert unit_of_rates({"gyro": (t, rate), "accel": (t, force)}).unit != "deg/s"
 
 
+def test_a_turntable_whose_accelerometer_has_a_bias_is_not_taken_for_one_that_stands_still():
+    """The force stays in the body, and its bias seems to be gravity beside the axis, which would turn."""
+    t = np.arange(0, 120, 0.01)
+    rate = np.where(t % 40 < 20, 1.1, -0.7)[:, None] * [0.0, 0.0, 1.0] + 1e-3 * np.random.default_rng(4).normal(size=(len(t), 3))
+    force = np.tile([0.3, -0.3, -9.8], (len(t), 1))
+    assert unit_of_rates({"gyro": (t, rate), "accel": (t, force)}).unit != "deg/s"
+
+
 def test_a_body_that_turns_full_circles_between_windows_is_not_taken_for_one_that_stands_still(broad_trials):
     for path in broad_trials.values():
         assert not alarms(replace(read(path), field_b_tesla=None, origin=None)), path

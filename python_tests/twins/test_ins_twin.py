@@ -54,7 +54,7 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
             ins.push_mag(t[i], fields[t[i]])
         ins.advance(t[i])
         if twin is None:
-            twin = InsReference(options, t[i], place, rate[i], force[i], t[i] - t[0]) if fixed else None
+            twin = InsReference(options, t[i], place, rate[:2], force[:2], t[i] - t[0]) if fixed else None
         else:
             twin.advance(t[i], rate[i], force[i], *((seen, place) if fixed else (None, None)), fields.get(t[i]), sigma_m)
         if fixed and i > 1:

@@ -10,13 +10,6 @@
 
 namespace hnav {
 
-// innovation' S^-1 innovation; 0 where S has no sign.
-template <int m, class R>
-inline R normalised_square(const Square<m, R>& S, const Eigen::Matrix<R, m, 1>& innovation) {
-    const Cholesky<m, R> factor(S);
-    return factor.positive() ? factor.quadratic_form(innovation) : 0;
-}
-
 // S^-1 times the response of rows.
 template <int m>
 AhrsModel::Response<m> AhrsModel::weighted(const Cholesky<m, R>& S, const Response<m>& stepped) {

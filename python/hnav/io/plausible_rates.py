@@ -26,6 +26,9 @@ LEAST_TURNING = 0.004
 STOOD_STILL, NOISE_RAD, TURNED = 0.06, 0.003, (0.03, 1.0)
 """Largest share of the integrated rotation that is observed when the body turned 57 times less; margin for noise in rad; least
 and largest integrated rotation in rad. A body that turns further within a window may return to its attitude."""
+ASKEW = 0.06
+"""Angle in rad by which the vector may seem to lie beside itself: an accelerometer bias of 0.6 m/s2, axes that are 3 deg off. A body that turns
+about the vector by an angle seems to turn by so much of it across, and is not seen to."""
 FIELD_TURNED, AS_FAST = 0.05, 0.3
 """Rotation of the field in rad over a window, more than passing iron causes, and its least share of the rotation in rad/s."""
 LARGEST_BIAS = 0.35
@@ -89,17 +92,21 @@ def _turning(
     # Small angles: dv = v x theta.
     turning = np.cross(unit[:-1], angle)
     said = np.cross(unit[:-1], angle - np.median(angle, axis=0))
-    return _by_turning(np.diff(unit, axis=0), turning, said, window_s, is_field)
+    askew = ASKEW * float(np.sqrt(((unit[:-1] * angle).sum(axis=1) ** 2).mean()))
+    return _by_turning(np.diff(unit, axis=0), turning, said, askew, window_s, is_field)
 
 
 def _rms(vectors: np.ndarray) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def _by_turning(seen: np.ndarray, turning: np.ndarray, said: np.ndarray, window_s: float, is_field: bool) -> Evidence | None:
-    """Changes of a unit vector over windows: observed, and predicted by the rates in rad/s, with and without their mean."""
+def _by_turning(
+    seen: np.ndarray, turning: np.ndarray, said: np.ndarray, askew: float, window_s: float, is_field: bool
+) -> Evidence | None:
+    """Changes of a unit vector over windows: observed, and predicted by the rates in rad/s, with and without their mean. askew: what errors
+    of the vector's direction may predict."""
     said_rms, seen_rms = _rms(said), _rms(seen)
-    if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and TURNED[0] < said_rms < TURNED[1]:
+    if seen_rms < NOISE_RAD + STOOD_STILL * said_rms and TURNED[0] + askew < said_rms < TURNED[1]:
         because = (
             f"as rad/s it would have turned {57.3 * said_rms:.2g} deg every {window_s:g} s, and turned {57.3 * seen_rms:.2g}"
         )
