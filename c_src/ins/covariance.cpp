@@ -53,13 +53,13 @@ double false_force2(const State& s, const Matrix3& body_to_t) {
 // Vibration of an accelerometer is force that causes no motion, and so is gravity along a tilt that is wrong. Used as force in the transition,
 // they would make the heading look observable although it is not: of consumer quadrotors that hover first, headings have a z2 of 4.8 without the
 // share of the errors, 1.0 with it.
-void Model::note_mean_force(State& s, const Vector3& force, const Matrix3& body_to_t, double interval_s) const {
+void Model::note_mean_force(State& s, const Vector3& force, double interval_s) const {
     constexpr double memory_s = 10;
     const double T = interval_s;
     if (std::isnan(s.in_t.mean_force[0])) vec(s.in_t.mean_force) = force;
     vec(s.in_t.mean_force) += T / (mean_force_over_s(s) + T) * (force - vec(s.in_t.mean_force));
     s.mean_force2 += T / (memory_s + T) * (vec(s.in_t.mean_force).head<2>().squaredNorm() - s.mean_force2);
-    s.false_force2 += T / (memory_s + T) * (false_force2(s, body_to_t) - s.false_force2);
+    s.false_force2 += T / (memory_s + T) * (s.window.false_force2 - s.false_force2);
 }
 
 namespace {
@@ -86,11 +86,14 @@ Vector3 Model::transition_force(const State& s, const Vector3& raw) const {
 void Model::gather(State& s, double interval_s) const {
     const double T = interval_s;
     Window& w = s.window;
-    if (!(w.length_s > 0)) quat(w.began_q) = quat(s.seen_q);
     const Quaternion middle = (quat(s.seen_q) + quat(s.x + 6)).normalized();
     const Matrix3 R = rotation_matrix(middle);
+    if (!(w.length_s > 0)) {
+        quat(w.began_q) = quat(s.seen_q);
+        w.false_force2 = false_force2(s, R);
+    }
     const Vector3 raw = R * shown_force(s);
-    note_mean_force(s, raw, R, T);
+    note_mean_force(s, raw, T);
     const Vector3 f = transition_force(s, raw), rate = turn_rate(s);
     const Matrix3 by_force = cross_matrix(f);
     const double age_s = std::fmax(shortest_age_s, 0.5 * s.latency);

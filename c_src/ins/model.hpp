@@ -156,7 +156,7 @@ private:
     double force_psd(const State& s) const;
     double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
-    void note_mean_force(State& s, const Vector3& force, const Matrix3& body_to_t, double interval_s) const;
+    void note_mean_force(State& s, const Vector3& force, double interval_s) const;
     // Slow GNSS error: its sigma in m from the stated sigma of a fix; and for north, east, down the share kept and the variance added
     // over an interval.
     double slow_sigma(double stated_m, bool vertical) const;

@@ -117,6 +117,7 @@ struct Window {
     double by_scale_A[9], by_scale_B[9], by_scale_C[9];
     double F[3], S[3];
     double began_q[4]; // attitude at its begin
+    double false_force2; // at its begin: variance of the horizontal force that errors of tilt and accelerometer bias put into t
     double turned2, length_s; // integral of the squared rate; seconds
     double rate_sum[3]; // integral of the measured rate, rad
     GapMotion gap;
@@ -218,7 +219,7 @@ struct State {
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over turns_alike_s, which averages sway
     double mean_force2; // mean square of the mean force along the horizontal
-    double false_force2; // mean of the part of it that errors of tilt and accelerometer bias cause
+    double false_force2; // mean of the part of it that errors cause: of that of the windows
     double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
     Window window;
     FreeGates gates;

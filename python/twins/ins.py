@@ -170,7 +170,7 @@ class InsReference:
         self.rate, self.force = np.array(rate[1], float), np.array(force[1], float)
         self.interval_s = 0.0
         self.before = np.array(rate[0], float), np.array(force[0], float)  # held before these
-        self.vibration_rate2 = self.vibration_force2 = self.felt2 = self.false2 = 0.0
+        self.vibration_rate2 = self.vibration_force2 = self.felt2 = self.false2 = self.by_errors2 = 0.0
         self.slow_noise = SlowNoise()
         self.slow_noise.note(self.rate, self.force, since_s)
         self.felt: Array | None = None
@@ -234,7 +234,12 @@ class InsReference:
     def gather(self, T: float, R: Array) -> None:
         """Accumulates the last interval, at its middle."""
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
-        self.feel(raw, R, T)
+        if not self.length_s > 0:
+            errors = np.zeros((2, ERRORS))
+            errors[:, PHI] = cross_matrix(np.array([0, 0, np.linalg.norm(self.gravity)]))[:2]
+            errors[:, ACCEL] = -R[:2]
+            self.by_errors2 = np.trace(errors @ self.P @ errors.T)
+        self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
         age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
         self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (force + self.gravity - self.recent_acceleration)
@@ -270,15 +275,12 @@ class InsReference:
         """Time over which vibration is averaged away to something small."""
         return min(LONGEST_S, self.noise2()[1] * self.interval_s / (2 * SMALL_M_S2**2))
 
-    def feel(self, force: Array, R: Array, T: float) -> None:
+    def feel(self, force: Array, T: float) -> None:
         """The force without vibration, its mean square along the horizontal, and the share of errors of tilt and accelerometer bias."""
         felt = force if self.felt is None else self.felt
         self.felt = felt + T / (self.felt_over_s() + T) * (force - felt)
         self.felt2 += T / (FELT_S + T) * (float(self.felt[:2] @ self.felt[:2]) - self.felt2)
-        errors = np.zeros((2, ERRORS))
-        errors[:, PHI] = cross_matrix(np.array([0, 0, np.linalg.norm(self.gravity)]))[:2]
-        errors[:, ACCEL] = -R[:2]
-        self.false2 += T / (FELT_S + T) * (np.trace(errors @ self.P @ errors.T) - self.false2)
+        self.false2 += T / (FELT_S + T) * (self.by_errors2 - self.false2)
 
     def moving_force(self, raw: Array, over_s: float) -> Array:
         """The part of a force, a mean over so long, by which errors of the attitude become those of the velocity."""
