@@ -74,8 +74,9 @@ def test_a_unit_that_is_not_known_is_refused_also_beside_one_that_is(tmp_path, m
 def test_of_columns_that_may_be_of_one_sensor_the_reading_is_taken_and_the_other_named(tmp_path, motion):
     whole = replace(motion, field_b_tesla=tilted_motion(1).recording.field_b_tesla)
     notes = read(devices.sensor_log(tmp_path, whole)).origin.notes
-    assert notes[:2] == (
+    assert notes[:3] == (
         "gyro: gyroRotationX(rad/s), not motionRotationRateX(rad/s) (choose by columns gx=NAME)",
+        "accel: accelerometerAccelerationX(G), not motionUserAccelerationX(G) (choose by columns ax=NAME)",
         "mag: magnetometerX(µT), not motionMagneticFieldX(µT) (choose by columns mx=NAME)",
     )
 

@@ -16,7 +16,7 @@ ROLES = {
 """Possible contents of a column, and the quantity of each."""
 
 PER = {
-    "angle": {"deg": 1.0, "rad": 57.29577951308232, "1e7deg": 1e-7},
+    "angle": {"deg": 1.0, "rad": 57.29577951308232, "1e7deg": 1e-7, "1e5deg": 1e-5},
     "length": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "ft": 0.3048},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": 1852 / 3600, "mph": 0.44704},
     "pressure": {"Pa": 1.0, "hPa": 100.0, "kPa": 1000.0},
@@ -25,7 +25,8 @@ PER = {
 """Units of each quantity as factors to the first, which is assumed unless the name states another."""
 
 _SPELLED = {
-    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7 1e7deg"},
+    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7 1e7deg 1e-7deg",
+              "1e5deg": "1e5 e5 degx1e5 1e5deg 1e-5deg"},
     "length": {"m": "m meter meters metre metres", "mm": "mm", "cm": "cm", "km": "km", "ft": "ft feet"},
     "velocity": {"m/s": "m/s ms mps mpersec ms-1", "mm/s": "mm/s mms", "cm/s": "cm/s cms", "km/h": "km/h kmh kph kmph",
                  "kn": "kn kt kts knot knots", "mph": "mph"},
@@ -57,7 +58,7 @@ _NAMES = {
     "received_s": "received receivedat arrival arrived timereceived treceived",
 }
 _STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}
-_FILLERS = words_of("above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx")
+_FILLERS = words_of("above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx pvt")
 # These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)

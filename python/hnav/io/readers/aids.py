@@ -10,6 +10,7 @@ import numpy as np
 from hnav.io.aids import AIDS, AidSamples
 from hnav.io.readers.aid_columns import ABOVE_SEA
 from hnav.io.readers.columns import Column
+from hnav.io.readers.receiver_integers import with_units_of_integers
 from hnav.units import S_PER
 
 PLACE = ("lat_deg", "lon_deg", "alt_m")
@@ -50,6 +51,15 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
             above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
             samples[kind] = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
     return whole(samples)
+
+
+def aids_and_notes(
+    columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s: np.ndarray
+) -> tuple[dict[str, AidSamples], list[str]]:
+    """As aids_in, of columns whose integers may be those of a receiver, and notes on these and on what was left out. Raises RecordingError
+    for a unit that is not certain."""
+    columns, notes = with_units_of_integers(columns, values)
+    return aids_in(columns, values, t_s), [*notes, *lonely(columns)]
 
 
 def lonely(roles: Collection[str]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, PER, ROLES, aid_column, aid_unit
 from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_in, words_of
-from hnav.io.recordings import CSV_COLUMNS, RecordingError
+from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
 """Roles of a table with all samples that a filter needs."""
@@ -26,13 +26,13 @@ STEMS = {
 SENSOR_OF = {stem: sensor for sensor, stems in STEMS.items() for stem in stems.split()}
 # Words of columns that are not raw readings of a sensor.
 NOT_READ = words_of(
-    "free gravity user bias sigma std cov covariance var delta vel quat quaternion euler ref truth gps abs absolute norm "
+    "free bias sigma std cov covariance var delta vel quat quaternion euler ref truth gps abs absolute norm "
     "increment inc heading location angle sum error noise scale stddev"
 )
 FILLERS = words_of(
     "imu sensor sensors raw cal calibrated uncalibrated uncal data body s value phone device watch xsens message msg ln wr"
 )
-WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "motion": 1, "linear": 2, "lin": 2, "total": -1}
+WORSE = {"raw": 1, "uncalibrated": 1, "uncal": 1, "wr": 1, "motion": 1, "linear": 2, "lin": 2, "user": 4, "total": -1}
 """Added to the rank by words of a name. wr: of wide range, beside one of low noise (Shimmer); motion: of a filter of iOS, beside the
 readings; total: with gravity, beside one without (Sensor Logger)."""
 BY_UNIT_ALONE = 3
@@ -41,11 +41,14 @@ BY_UNIT_ALONE = 3
 LONGEST_NAME = 150
 """Longest name in characters: the search for words takes time that grows with the cube of the length."""
 
-QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag"}
+QUANTITY_OF = {"t": "time", "g": "gyro", "a": "accel", "m": "mag", "d": "accel"}
 """By the first letter of a role."""
+GRAVITY = ("dx", "dy", "dz")
+"""Roles of gravity beside an acceleration without it."""
 
 OF_APPLE = ["accelerometer", "acceleration"]
 """accelerometerAccelerationX of SensorLog: Apple's accelerometers measure the negative specific force."""
+OF_GF = (["gf"], ["g", "f"])
 DESCRIBED = FILLERS - {"raw"} | words_of("left right front back body frame axis x y z hand foot leg arm head chest")
 """Texts in brackets after a name that are no units."""
 
@@ -176,20 +179,32 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     if axis is None or NOT_READ & {*before, *after}:
         return None
     after, counts = _without_counts(after)
-    found, stated = _sensor_of(_bare(before), sensor)
-    rank = sum(WORSE.get(token, 0) for token in tokens)
-    if found is None:
-        found, rank = only_sensor_of(unit), BY_UNIT_ALONE
-    if found is None:
+    named, letters = _without_gravity(_bare(before))
+    found, stated = _sensor_of(named, sensor)
+    rank = sum(WORSE.get(token, 0) for token in tokens) if found else BY_UNIT_ALONE
+    found = found or only_sensor_of(unit)
+    if found not in letters:
         return None
-    spelled = next(filter(None, (spelled_unit(found, text) for text in (unit, "".join(after), stated) if text)), None)
+    spelled = _spelled(str(found), unit, "".join(after), stated)
     if after and not spelled and not sensor:
         return None
-    strange = "" if spelled else _strange_unit([unit, *counts])
+    strange = _strange_unit([] if spelled else [unit, *counts])
     # "Linear" means without gravity on a phone, but with gravity in ROS.
-    rank += -including - 6 * (_bare(before) in (["gf"], ["g", "f"]))
-    sign = -1.0 if [*before] == OF_APPLE else 1.0
-    return Column(found[0] + axis, name, place, spelled, rank, sign, strange)
+    rank += -including - 6 * (named in OF_GF)
+    sign = -1.0 if before == OF_APPLE else 1.0
+    return Column(letters[found] + axis, name, place, spelled, rank, sign, strange)
+
+
+def _without_gravity(named: list[str]) -> tuple[list[str], dict[str | None, str]]:
+    """The words that name a sensor, and the first letter of the roles of each sensor that they may name: gravity is of one."""
+    if "gravity" not in named:
+        return named, {sensor: sensor[0] for sensor in ARRAYS}
+    return [token for token in named if token not in ("gravity", "motion")] or ["acc"], {"accel": GRAVITY[0][0]}
+
+
+def _spelled(quantity: str, *texts: str) -> str | None:
+    """The first unit that one of the texts names."""
+    return next(filter(None, (spelled_unit(quantity, text) for text in texts if text)), None)
 
 
 def _words_around_axis(tokens: list[str], sensor: str | None) -> tuple[list[str], str | None, list[str]]:
@@ -234,7 +249,7 @@ def _sensor_of(tokens: list[str], sensor: str | None) -> tuple[str | None, str]:
     """The sensor, and the words after its name that are a unit."""
     if not tokens:
         return sensor, ""
-    if tokens in (["gf"], ["g", "f"]):
+    if tokens in OF_GF:
         return "accel", "g"
     for begin in range(len(tokens)):
         for end in range(len(tokens), begin, -1):

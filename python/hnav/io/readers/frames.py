@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hnav.io.aids import AidSamples
-from hnav.io.readers.aids import LEFT_OUT, aids_in, lonely
+from hnav.io.readers.aids import LEFT_OUT, aids_and_notes
 from hnav.io.readers.columns import QUANTITY_OF, column_of
 from hnav.io.readers.stated_units import with_units
 from hnav.io.readers.streams import Raw, Stream, Wishes
 from hnav.io.readers.tables import SeveralDevices, Table, raw_of, say_places, stream_of, table_of, times_of
-from hnav.io.recordings import ARRAYS, RecordingError, Unit
+from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -91,7 +91,7 @@ def _table(shown: str, name: str, frame: pd.DataFrame, wishes: Wishes, units: Ma
 def sensor_named(name: str) -> str | None:
     """The sensor that a table of this name holds."""
     column = column_of(f"{name}_x", 0)
-    return QUANTITY_OF[column.role[0]] if column is not None and column.role[1:] == "x" else None
+    return QUANTITY_OF[column.role[0]] if column is not None and column.role in CSV_COLUMNS[1:] else None
 
 
 def _with_more(raw: Raw, shown: str, tables: Mapping[str, Table], wishes: Wishes, by_format: Mapping[str, str]) -> Raw:
@@ -138,7 +138,8 @@ def _aids(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]
         return {}, []
     try:
         t_s, _, mended = times_of(shown, table, replace(wishes, only_aids=True), by_format)
-        return aids_in(table.columns, table.values, t_s), [*mended, *lonely(table.columns)]
+        aids, notes = aids_and_notes(table.columns, table.values, t_s)
+        return aids, [*mended, *notes]
     except RecordingError as error:
         return {}, [f"left out: {error}"]
 

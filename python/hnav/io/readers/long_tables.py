@@ -24,7 +24,7 @@ from hnav.io.readers.columns import Column, column_of, columns_of
 from hnav.io.readers.frames import raw_of_frames
 from hnav.io.readers.instants import is_instant
 from hnav.io.readers.stated_units import UNIT_NAMES
-from hnav.io.readers.streams import Raw, Wishes
+from hnav.io.readers.streams import CUT_OFF, Raw, Wishes
 from hnav.io.readers.tables import encoding_of, without_zeros
 from hnav.io.readers.unit_names import is_unit
 from hnav.io.recordings import CSV_COLUMNS, RecordingError
@@ -235,7 +235,7 @@ def _rows_by_name(shown: str, text: str, plan: Plan) -> tuple[dict[str, list[Row
             continue
         found.setdefault(name, []).append((line, row))
     left = [name for name in other if name][bool(plan.header) :]
-    notes = ["the last line was cut off and is left out"] if cut is not None else []
+    notes = [CUT_OFF] if cut is not None else []
     return found, notes + ([f"rows of {', '.join(left[:8])} are left out"] if left else [])
 
 

@@ -14,6 +14,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID
 from hnav.io.readers.frames import raw_of_tables, sensor_stream
 from hnav.io.readers.packed import NO_ZIP, ZIP_MAGIC, members_of
 from hnav.io.readers.streams import Raw, Stream, Wishes
-from hnav.io.readers.tables import Table, parse
+from hnav.io.readers.tables import NEGATED, Table, parse, with_gravity
 from hnav.io.recordings import RecordingError
 
 # Names of the files of a sensor in these apps, best first; small letters, without blanks.
@@ -64,13 +65,12 @@ def read_phone(path: Path, wishes: Wishes) -> Raw:
     aiding, left_out = _aiding(path, files, wishes)
     there = {f"{stem}.csv": table.layout.names for stem, table in read.items()}
     raw = raw_of_tables(str(path), {**read, **aiding}, there, wishes, _app(read), UNITS)
-    streams, notes = [], [*raw.notes, *left_out]
+    streams = []
     for stream in raw.streams:
         if stream.sensor == "accel":
-            stream, note = _whole_force(path, chosen["accel"], stream, files, wishes)
-            notes += filter(None, [note])
+            stream = _whole_force(path, chosen["accel"], stream, files, wishes)
         streams.append(stream)
-    return replace(raw, streams=streams, notes=tuple(notes), aids=_above_sea(raw, aiding))
+    return replace(raw, streams=streams, notes=(*raw.notes, *left_out), aids=_above_sea(raw, aiding))
 
 
 def _app(tables: Mapping[str, Table]) -> str:
@@ -99,35 +99,34 @@ def _aiding(path: Path, files: Mapping[str, bytes], wishes: Wishes) -> tuple[dic
     return found, left_out
 
 
-def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
+def _whole_force(path: Path, stem: str, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> Stream:
     """Samples of iOS in the convention of Android, and notes on the conversion."""
-    if stem == "accelerometeruncalibrated" and _ios_sign(files):
-        negated = replace(stream, values=-stream.values, unit=wishes.unit("accel", by_format="g"))
-        return negated, "accel: negated because iOS gives the opposite of the force"
+    rows = csv.DictReader(io.StringIO(files.get("metadata", b"").decode("utf-8-sig", "replace")))
+    negated = negates(next(rows, {}))
+    if stem == "accelerometeruncalibrated" and negated:
+        note = f"accel: {NEGATED.removeprefix(', ')}"
+        return replace(stream, values=-stream.values, unit=wishes.unit("accel", by_format="g"), notes=(note,))
     if stem == "accelerometer" and "gravity" in files:
-        return _with_gravity(path, stream, files, wishes)
-    return stream, ""
+        gravity, *_ = sensor_stream(
+            f"{path}, gravity.csv", _parsed(path, "gravity", files, wishes, "accel"), "accel", wishes, UNITS
+        )
+        return joined_with_gravity(stream, gravity, negated)
+    return stream
 
 
-def _with_gravity(path: Path, stream: Stream, files: Mapping[str, bytes], wishes: Wishes) -> tuple[Stream, str]:
-    """The whole force of iOS, which writes gravity and the remainder separately, both with the opposite sign."""
-    table = _parsed(path, "gravity", files, wishes, "accel")
-    gravity, *_ = sensor_stream(f"{path}, gravity.csv", table, "accel", wishes, UNITS)
-    common, mine, its = np.intersect1d(stream.t_s, gravity.t_s, return_indices=True)
-    if len(common) < 0.9 * len(stream.t_s):
-        return stream, ""
-    sign = -1.0 if _ios_sign(files) else 1.0
-    force = sign * (stream.values[mine] + gravity.values[its])
-    negated = ", negated because iOS gives the opposite of the force" if sign < 0 else ""
-    return Stream("accel", common, force, stream.unit), f"accel: sum of accelerometer and gravity{negated}"
+def joined_with_gravity(rest: Stream, gravity: Stream, negated: bool) -> Stream:
+    """The whole force of an app that writes gravity and the remainder separately."""
+    common, mine, its = np.intersect1d(rest.t_s, gravity.t_s, return_indices=True)
+    if len(common) < 0.9 * len(rest.t_s):
+        return rest
+    joined = replace(rest, t_s=common, values=rest.values[mine])
+    whole = with_gravity(joined, gravity.values[its], "accelerometer and gravity", negated)
+    return rest if whole is joined else whole
 
 
-def _ios_sign(files: Mapping[str, bytes]) -> bool:
-    """Whether the metadata name iOS and axes that were not standardised."""
-    if "metadata" not in files:
-        return False
-    rows = list(csv.DictReader(io.StringIO(files["metadata"].decode("utf-8-sig", "replace"))))
-    row = {str(key).strip().lower(): str(value).strip().lower() for key, value in (rows[0] if rows else {}).items()}
+def negates(metadata: Mapping[Any, Any]) -> bool:
+    """Whether the metadata of Sensor Logger name iOS and axes that were not standardised."""
+    row = {str(key).strip().lower(): str(value).strip().lower() for key, value in metadata.items()}
     return row.get("platform") == "ios" and row.get("standardisation", "false") != "true"
 
 

@@ -4,23 +4,33 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hnav.io.mat_file import read_mat
-from hnav.io.readers.frames import raw_of_frames
+from hnav.io.readers.clock import DAMAGED
+from hnav.io.readers.frames import raw_of_frames, sensor_stream
+from hnav.io.readers.phones import joined_with_gravity, negates
 from hnav.io.readers.stated_units import UNIT_NAMES, units_in
-from hnav.io.readers.streams import Raw, Wishes, cannot_be_read
+from hnav.io.readers.streams import CUT_OFF, Raw, Wishes, cannot_be_read
+from hnav.io.readers.tables import table_of
 from hnav.io.readers.trees import frames_of_tree, unbatched
 from hnav.io.recordings import RecordingError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 MATLAB_BLOCK = 512  # bytes
 SENSOR_LOGGER = {"gyro": "rad/s", "accel": "m/s2", "mag": "uT"}
 MOVESENSE = {"gyro": "deg/s", "accel": "m/s2", "mag": "uT", "time": "ms"}
 """API reference of Movesense, /Meas/Gyro: dps."""
+MARKS = re.compile(r'"(?:[^"\\]|\\.)*(?:"|$)|[][{},]', re.DOTALL)
+CLOSED_BY = {"[": "]", "{": "}"}
 
 
 def is_json(path: Path, head: bytes) -> bool:
@@ -31,32 +41,85 @@ def is_json(path: Path, head: bytes) -> bool:
 def read_json(path: Path, wishes: Wishes) -> Raw:
     """Records, columns, Sensor Logger or Movesense. Raises RecordingError."""
     data = path.read_bytes()
-    tree = _parsed(path, data)
+    tree, torn = _parsed(path, data)
     frames = {name: unbatched(frame) for name, frame in frames_of_tree(tree).items()}
+    try:
+        raw = _of_frames(path, frames, tree, data, wishes)
+    except RecordingError as error:
+        if not torn:
+            raise
+        raise RecordingError(f"{error}; the file was cut off", error.argument) from None
+    return replace(raw, notes=(*torn, *raw.notes))
+
+
+def _of_frames(path: Path, frames: Mapping[str, pd.DataFrame], tree: Any, data: bytes, wishes: Wishes) -> Raw:
     if any(name.lower() == "gyroscope" for name in frames) and any("seconds_elapsed" in frame for frame in frames.values()):
-        return raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER)
+        return _with_gravity(path, raw_of_frames(str(path), frames, wishes, "sensor-logger-json", SENSOR_LOGGER), frames, wishes)
     movesense = re.search(rb"ArrayGyro|ArrayAcc", data[:4096]) is not None
     return raw_of_frames(str(path), frames, wishes, "json", MOVESENSE if movesense else None, units_in(tree))
 
 
-def _parsed(path: Path, data: bytes) -> Any:
-    """A tree, or a list of the trees of its lines; of a truncated file, the complete lines."""
+def _with_gravity(path: Path, raw: Raw, frames: Mapping[str, pd.DataFrame], wishes: Wishes) -> Raw:
+    """The whole force of a phone that writes gravity apart."""
+    by_name = {name.lower(): frame for name, frame in frames.items()}
+    if "gravity" not in by_name or wishes.only_aids:
+        return raw
+    table = table_of(by_name["gravity"].rename(columns={axis: f"accel_{axis}" for axis in "xyz"}), str(path), wishes)
+    gravity, *_ = sensor_stream(str(path), table, "accel", wishes, SENSOR_LOGGER)
+    negated = any(map(negates, by_name["metadata"].to_dict("records"))) if "metadata" in by_name else False
+    streams = [joined_with_gravity(one, gravity, negated) if one.sensor == "accel" else one for one in raw.streams]
+    return replace(raw, streams=streams)
+
+
+def _parsed(path: Path, data: bytes) -> tuple[Any, tuple[str, ...]]:
+    """A tree, or a list of the trees of its lines; of a truncated file what is complete, and a note. Raises RecordingError."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise RecordingError(f"{path}: not a text file") from None
     try:
-        return json.loads(text)
+        return json.loads(text), ()
     except (ValueError, RecursionError) as error:
-        lines = [line.strip().rstrip(",") for line in text.splitlines() if line.strip() not in ("", "[", "]")]
-        trees = []
-        for number, line in enumerate(lines):
-            try:
-                trees.append(json.loads(line))
-            except (ValueError, RecursionError):
-                if number + 1 < len(lines) or not trees:
-                    raise RecordingError(f"{path}: no JSON: {str(error).splitlines()[0]}") from None
-        return trees
+        fault = RecordingError(f"{path}: no JSON: {str(error).splitlines()[0]}")
+    lines = [line.strip().rstrip(",") for line in text.splitlines() if line.strip() not in ("", "[", "]")]
+    trees: list[Any] = []
+    for line in lines:
+        try:
+            trees.append(json.loads(line))
+        except (ValueError, RecursionError):
+            break
+    if len(trees) == len(lines):
+        return trees, ()
+    if trees and len(trees) == len(lines) - 1:
+        return trees, (CUT_OFF,)
+    try:
+        return json.loads(whole_beginning(text)), (f"{DAMAGED}the file was cut off in its last entry, and what followed is lost",)
+    except (ValueError, RecursionError):
+        raise fault from None
+
+
+def whole_beginning(text: str) -> str:
+    """A JSON text that was cut off, closed, without what is not complete: the last of its records, else the last value of a mapping.
+    Raises ValueError for another text."""
+    opened: list[tuple[str, int]] = []
+    """Brackets that are open, and where the last complete entry of each ends."""
+    for mark in MARKS.finditer(text):
+        sign = mark.group()
+        if sign in CLOSED_BY:
+            opened.append((sign, mark.end()))
+        elif sign == "," and opened:
+            opened[-1] = opened[-1][0], mark.start()
+        elif sign in "}]":
+            if not opened or CLOSED_BY[opened.pop()[0]] != sign:
+                raise ValueError("brackets that do not match")
+            if opened:
+                opened[-1] = opened[-1][0], mark.end()
+    if not opened:
+        raise ValueError("no bracket is open")
+    signs = "".join(sign for sign, _ in opened)
+    between = signs[-1] == "[" and text[opened[-1][1] - 1] == "}"
+    kept = len(signs) - 1 if between else max(signs.rfind("[{" if "[{" in signs else "{"), 0)
+    return text[: opened[kept][1]] + "".join(CLOSED_BY[sign] for sign in reversed(signs[: kept + 1]))
 
 
 def is_npz(path: Path, head: bytes) -> bool:

@@ -21,6 +21,7 @@ from hnav.units import SI_PER, si_per
 LATEST_S = 60.0  # of fixes_late_s
 FIXES = ("position", "velocity")
 SOURCES = ("imu", "gyro", "accel", "mag", "gnss")  # what columns may name in a file of topics
+CUT_OFF = "the last line was cut off and is left out"
 BY_RATE = Unit("s", "by the rate given")
 """Of times that a reader has put at the intervals of rate_hz; rows without a sample and lost packets take theirs."""
 
@@ -82,6 +83,7 @@ class Stream:
     values: np.ndarray
     """n x 3; a row with NaN is no sample."""
     unit: Unit
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def recording_of(name: str, shown: str, raw: Raw, wishes: Wishes) -> Recording:
     for stream in raw.streams:
         ordered, note = _in_order(shown, stream, rate_hz)
         streams.append(_without_repeats(ordered) if wishes.drop_repeats else ordered)
-        notes += [note] if note else []
+        notes += [*stream.notes, *([note] if note else [])]
     if not streams or not any(len(stream.t_s) for stream in streams):
         raise RecordingError(f"{shown}: no samples of a gyroscope, an accelerometer or a magnetometer")
     t_s = streams[0].t_s

@@ -16,15 +16,16 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from hnav.io.readers.aids import aids_in, lonely
+from hnav.io.aids import AidSamples
+from hnav.io.readers.aids import NO_POSITIONS, aids_and_notes
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import FRACTION, OWN_TIMES, QUANTITY_OF, Column, column_of, columns_of, with_unit
+from hnav.io.readers.columns import FRACTION, GRAVITY, OWN_TIMES, QUANTITY_OF, Column, column_of, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
-from hnav.io.readers.streams import BY_RATE, Raw, Stream, Wishes, alone, cannot_be_read, library
-from hnav.io.readers.unit_names import unknown_unit
+from hnav.io.readers.streams import BY_RATE, CUT_OFF, Raw, Stream, Wishes, alone, cannot_be_read, library
+from hnav.io.readers.unit_names import unknown_unit, words_in
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError, Unit
 from hnav.units import si_per
 
@@ -34,6 +35,9 @@ if TYPE_CHECKING:
 HEAD_CHARACTERS = 100_000  # the header, and the first rows
 SHOWN_CHARACTERS, SHOWN_COLUMNS, MOST_NAMES = 40, 20, 12
 EARTH_UT = (18.0, 80.0)
+OFF_ONE_G = 0.02  # gravity in g has the length 1
+LEAST_SHARE_OF_GRAVITY = 0.5  # of the median length of a force, that of one with gravity
+NEGATED = ", negated because iOS gives the opposite of the force"
 SHUFFLED = 0.25  # share of time stamps that run back, of which half do in rows without any order
 MOST_REMARKS, FEWEST_REMARKS, FEWEST_ROWS = 0.01, 3, 8
 """Share and number of lines that may be remarks of a logger, not rows, and the rows that must stand beside them."""
@@ -123,8 +127,8 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
         table = replace(table, values=values, notes=(*table.notes, *moved))
     timed = table.of_sensor("gyro")
     t_s, time_unit, notes = times_of(shown, timed, wishes, by_format)
-    aids = aids_in(timed.columns, timed.values, t_s)
-    notes = (*notes, *lonely(timed.columns))
+    aids, more = _aids_of(shown, timed, t_s, wishes)
+    notes = (*notes, *more)
     if wishes.only_aids:
         return Raw(name or "table", [], time_unit, notes, aids=aids)
     streams: list[Stream] = []
@@ -133,10 +137,20 @@ def raw_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str
             continue
         own = table.of_sensor(sensor)
         if own is not table:
-            t_s, _, more = times_of(shown, own, wishes, by_format)
-            notes = (*notes, *(note for note in more if note not in notes))
+            t_s, _, mended_times = times_of(shown, own, wishes, by_format)
+            notes = (*notes, *(note for note in mended_times if note not in notes))
         streams.append(stream_of(shown, own, sensor, t_s, wishes, by_format.get(sensor)))
     return Raw(name or ("csv" if house else "table"), streams, time_unit, (*table.notes, *notes), aids=aids)
+
+
+def _aids_of(shown: str, table: Table, t_s: np.ndarray, wishes: Wishes) -> tuple[dict[str, AidSamples], list[str]]:
+    """Its aids, and notes on them; those of an uncertain unit do not refuse the inertial samples. Raises RecordingError."""
+    try:
+        return aids_and_notes(table.columns, table.values, t_s)
+    except RecordingError as error:
+        if wishes.only_aids:
+            raise RecordingError(f"{at_header(shown, table.layout)}: {error}", "columns") from None
+        return {}, [f"{NO_POSITIONS}{error}"]
 
 
 def _has(shown: str, table: Table, sensor: str, wishes: Wishes) -> bool:
@@ -164,7 +178,37 @@ def stream_of(shown: str, table: Table, sensor: str, t_s: np.ndarray, wishes: Wi
     values = values * _per_axis(sensor, columns, unit)
     if sensor == "mag" and unit.source == "assumed" and _are_microteslas(values):
         unit = Unit("uT", "by its strength")
+    if sensor == "accel" and set(GRAVITY) <= table.columns.keys():
+        return _with_gravity_of_table(shown, table, Stream(sensor, t_s, values, unit))
     return Stream(sensor, t_s, values, unit)
+
+
+def _with_gravity_of_table(shown: str, table: Table, rest: Stream) -> Stream:
+    """The whole force of a table with an acceleration without gravity, and gravity beside it, as iOS and Android compute them. Raises
+    RecordingError."""
+    columns = [table.columns[role] for role in GRAVITY]
+    _refuse_strange_unit(shown, table, "accel", columns)
+    gravity, unit = np.stack([table.values[role] for role in GRAVITY], axis=1), rest.unit
+    if unit.source == "assumed" and columns[0].unit is None and abs(_strength(gravity) - 1) < OFF_ONE_G:
+        unit = Unit("g", "by its strength")
+    gravity *= [si_per("accel", column.unit or unit.name) / si_per("accel", unit.name) for column in columns]
+    mine = table.columns["ax"].name.strip()
+    of_apple = unit.name == "g" and "user" in words_in(mine)
+    return with_gravity(replace(rest, unit=unit), gravity, f"{mine} and {columns[0].name.strip()}", of_apple)
+
+
+def with_gravity(rest: Stream, gravity: np.ndarray, names: str, negated: bool) -> Stream:
+    """The whole force, if the accelerations have none of the gravity beside them. names: of both, for the note."""
+    if not _strength(rest.values) < LEAST_SHARE_OF_GRAVITY * _strength(gravity):
+        return rest
+    note = f"accel: sum of {names}" + (NEGATED if negated else "")
+    return replace(rest, values=(-1.0 if negated else 1.0) * (rest.values + gravity), notes=(note,))
+
+
+def _strength(vectors: np.ndarray) -> float:
+    """Their median length."""
+    lengths = np.linalg.norm(vectors[np.isfinite(vectors).all(axis=1)], axis=1)
+    return float(np.median(lengths)) if len(lengths) else np.nan
 
 
 def _per_axis(sensor: str, columns: Sequence[Column], unit: Unit) -> Sequence[float]:
@@ -183,8 +227,7 @@ def _refuse_strange_unit(shown: str, table: Table, sensor: str, columns: Sequenc
 
 def _are_microteslas(field: np.ndarray) -> bool:
     """Whether numbers of an unsaid unit are as large as the field of the Earth in uT; in another unit nothing on Earth is."""
-    lengths = np.linalg.norm(field[np.isfinite(field).all(axis=1)], axis=1)
-    return bool(len(lengths) and EARTH_UT[0] < np.median(lengths) < EARTH_UT[1])
+    return EARTH_UT[0] < _strength(field) < EARTH_UT[1]
 
 
 def times_of(shown: str, table: Table, wishes: Wishes, by_format: Mapping[str, str]) -> tuple[np.ndarray, Unit, tuple[str, ...]]:
@@ -286,7 +329,7 @@ def parse(shown: str, data: bytes, wishes: Wishes, sensor: str | None = None) ->
     plan = plan_of(shown, text[:HEAD_CHARACTERS], encoding, wishes, sensor)
     notes: tuple[str, ...] = ()
     if end := _end_of_whole_lines(shown, text, plan):
-        text, notes = text[:end], ("the last line was cut off and is left out",)
+        text, notes = text[:end], (CUT_OFF,)
         data = text.encode(encoding)
     try:
         frame, more = _read(shown, text, io.BytesIO(data), plan)
