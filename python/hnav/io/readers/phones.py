@@ -120,8 +120,7 @@ def joined_with_gravity(rest: Stream, gravity: Stream, negated: bool) -> Stream:
     if len(common) < 0.9 * len(rest.t_s):
         return rest
     joined = replace(rest, t_s=common, values=rest.values[mine])
-    whole = with_gravity(joined, gravity.values[its], "accelerometer and gravity", negated)
-    return rest if whole is joined else whole
+    return with_gravity(joined, gravity.values[its], "accelerometer and gravity", negated)
 
 
 def negates(metadata: Mapping[Any, Any]) -> bool:

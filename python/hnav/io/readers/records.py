@@ -17,7 +17,7 @@ from hnav.io.readers.frames import raw_of_frames, sensor_stream
 from hnav.io.readers.phones import joined_with_gravity, negates
 from hnav.io.readers.stated_units import UNIT_NAMES, units_in
 from hnav.io.readers.streams import CUT_OFF, Raw, Wishes, cannot_be_read
-from hnav.io.readers.tables import table_of
+from hnav.io.readers.tables import lacks_gravity, table_of
 from hnav.io.readers.trees import frames_of_tree, unbatched
 from hnav.io.recordings import RecordingError
 
@@ -67,7 +67,10 @@ def _with_gravity(path: Path, raw: Raw, frames: Mapping[str, pd.DataFrame], wish
     table = table_of(by_name["gravity"].rename(columns={axis: f"accel_{axis}" for axis in "xyz"}), str(path), wishes)
     gravity, *_ = sensor_stream(str(path), table, "accel", wishes, SENSOR_LOGGER)
     negated = any(map(negates, by_name["metadata"].to_dict("records"))) if "metadata" in by_name else False
-    streams = [joined_with_gravity(one, gravity, negated) if one.sensor == "accel" else one for one in raw.streams]
+    streams = [
+        joined_with_gravity(one, gravity, negated) if one.sensor == "accel" and lacks_gravity(one.values, gravity.values) else one
+        for one in raw.streams
+    ]
     return replace(raw, streams=streams)
 
 

@@ -194,15 +194,20 @@ def _with_gravity_of_table(shown: str, table: Table, rest: Stream) -> Stream:
     gravity *= [si_per("accel", column.unit or unit.name) / si_per("accel", unit.name) for column in columns]
     mine = table.columns["ax"].name.strip()
     of_apple = unit.name == "g" and "user" in words_in(mine)
+    if not lacks_gravity(rest.values, gravity):
+        return rest
     return with_gravity(replace(rest, unit=unit), gravity, f"{mine} and {columns[0].name.strip()}", of_apple)
 
 
 def with_gravity(rest: Stream, gravity: np.ndarray, names: str, negated: bool) -> Stream:
-    """The whole force, if the accelerations have none of the gravity beside them. names: of both, for the note."""
-    if not _strength(rest.values) < LEAST_SHARE_OF_GRAVITY * _strength(gravity):
-        return rest
+    """The whole force of accelerations without the gravity beside them. names: of both, for the note."""
     note = f"accel: sum of {names}" + (NEGATED if negated else "")
     return replace(rest, values=(-1.0 if negated else 1.0) * (rest.values + gravity), notes=(note,))
+
+
+def lacks_gravity(force: np.ndarray, gravity: np.ndarray) -> bool:
+    """Whether forces are so small that gravity beside them is no part of them."""
+    return _strength(force) < LEAST_SHARE_OF_GRAVITY * _strength(gravity)
 
 
 def _strength(vectors: np.ndarray) -> float:
