@@ -85,3 +85,16 @@ def test_gravity_in_records_of_its_own_is_added_with_the_sign_of_the_phone(tmp_p
     np.testing.assert_allclose(recording.force_b_m_s2, motion.force_b_m_s2, atol=1e-9)
     note = "accel: sum of accelerometer and gravity" + (f", {OF_IOS}" if sign < 0 else "")
     assert note in recording.origin.notes
+
+
+@pytest.mark.parametrize("platform, sign", [("ios", -1), ("android", 1)])
+def test_records_of_sensor_logger_are_summed_by_their_platform(tmp_path, motion, platform, sign):
+    gravity = np.broadcast_to([0.0, 0.0, G], motion.force_b_m_s2.shape)
+    rest = 0.1 * (motion.force_b_m_s2 - gravity)
+    named = {"Gyroscope": motion.rate_b_rad_s, "Accelerometer": sign * rest, "Gravity": sign * gravity}
+    records = [{"sensor": "Metadata", "platform": platform, "standardisation": "false"}]
+    for name, values in named.items():
+        rows = zip(motion.t_s.tolist(), values.tolist())
+        records += [{"sensor": name, "seconds_elapsed": t, "time": int(1e9 * t), **dict(zip("xyz", row))} for t, row in rows]
+    (tmp_path / "walk.json").write_text(json.dumps(records))
+    np.testing.assert_allclose(read(tmp_path / "walk.json").force_b_m_s2, rest + gravity, rtol=1e-9, atol=1e-9)
