@@ -1,5 +1,6 @@
 """Satellites, pressure, wheels and headings are the same samples in every shape of file, and never a reason to refuse inertial sensors."""
 
+import io
 import re
 import struct
 import zipfile
@@ -419,3 +420,43 @@ def test_ardupilot_states_the_height_above_sea_less_that_above_the_ellipsoid(tmp
     position = read(path).aids["position"]
     np.testing.assert_allclose(position.values[:, 2], height)
     assert position.above_sea == (undulation == 0)
+
+
+NAV_SAT_FIX = ["Time", "status.status", "latitude", "longitude", "altitude", *(f"position_covariance_{i}" for i in range(9))]
+
+
+@pytest.mark.parametrize(
+    "name, cells, kept",
+    [
+        ("fix_type", ["0", "1", "2", "3", "6"], [2, 3, 4]),
+        ("fixType", ["3", "0", "", "4", "5"], [0, 2, 3, 4]),
+        ("gps_fix_type", ["No fix", "3D", "RTK fixed", "none", "float"], [1, 2, 4]),
+        ("fix", ["0", "1", "2", "4", "5"], [1, 2, 3, 4]),
+        ("fix_quality", ["0", "1", "no_fix", "2D", "GPS_FIX_TYPE_NO_FIX"], [1, 3]),
+        ("status.status", ["-1", "0", "1", "2", "-1"], [1, 2, 3]),
+    ],
+)
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_rows_that_state_no_fix_are_left_out_and_counted(tmp_path, name, cells, kept, kind):
+    path = tmp_path / f"fixes.{kind}"
+    rows = [f"{k},45,7,{100 + k},1,0,{cell}" for k, cell in enumerate(cells)]
+    text = "\n".join([f"t_s,lat_deg,lon_deg,alt_m,vn,ve,{name}", *rows]) + "\n"
+    if kind == "csv":
+        path.write_text(text)
+    else:
+        pandas = pytest.importorskip("pandas")
+        pandas.read_csv(io.StringIO(text)).to_parquet(path)
+    aids = read_aids(path)
+    for one in ("position", "velocity"):
+        np.testing.assert_array_equal(aids[one].t_s, kept)
+    assert sum(note.endswith(f"left out: {len(cells) - len(kept)}") for note in aids.notes) == 1
+
+
+def test_fixes_of_bagpy_have_their_status_and_covariance(tmp_path):
+    path = tmp_path / "fix.csv"
+    rows = [(k, status, 48, 11.5, 500, 4, 0, 0, 0, 9, 0, 0, 0, 25, kind) for k, status, kind in ((0, 0, 2), (1, -1, 2), (2, 0, 0))]
+    lines = [[*NAV_SAT_FIX, "position_covariance_type"], *rows]
+    path.write_text("\n".join(",".join(map(str, line)) for line in lines) + "\n")
+    position = read_aids(path, time_unit="s")["position"]
+    np.testing.assert_array_equal(position.t_s, [0, 2])
+    np.testing.assert_array_equal(position.sigma, [[3, 2, 5], [np.nan] * 3])

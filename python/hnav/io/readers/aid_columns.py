@@ -11,7 +11,8 @@ ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
     "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
     "pressure_pa": "pressure", "speed_m_s": "velocity", "antenna_heading_deg": "angle",
-    "sigma_heading_deg": "angle", "received_s": "time",
+    "sigma_heading_deg": "angle", "received_s": "time", "fix_type": "fix", "fix_quality": "fix", "fix_status": "fix",
+    "variance_e": "variance", "variance_n": "variance", "variance_u": "variance", "variance_type": "fix",
 }  # fmt: skip
 """Possible contents of a column, and the quantity of each."""
 
@@ -21,6 +22,8 @@ PER = {
     "velocity": {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2, "km/h": 1 / 3.6, "kn": 1852 / 3600, "mph": 0.44704},
     "pressure": {"Pa": 1.0, "hPa": 100.0, "kPa": 1000.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    "variance": {"m2": 1.0},
+    "fix": {"": 1.0},
 }
 """Units of each quantity as factors to the first, which is assumed unless the name states another."""
 
@@ -32,6 +35,7 @@ _SPELLED = {
                  "kn": "kn kt kts knot knots", "mph": "mph"},
     "pressure": {"Pa": "pa pascal", "hPa": "hpa mbar mb millibar", "kPa": "kpa"},
     "time": {"s": "s sec", "ms": "ms", "us": "us", "ns": "ns"},
+    "variance": {"m2": "m2 m^2"}, "fix": {},
 }  # fmt: skip
 _UNITS = {
     quantity: {word: unit for unit, words in units.items() for word in words.split()} for quantity, units in _SPELLED.items()
@@ -58,7 +62,16 @@ _NAMES = {
     "received_s": "received receivedat arrival arrived timereceived treceived",
 }
 _STEMS = {stem: role for role, stems in _NAMES.items() for stem in stems.split()}
-_FILLERS = words_of("above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx pvt")
+_OF_FIXES = {
+    "fixtype": "fix_type", "fix": "fix_quality", "fixquality": "fix_quality", "statusstatus": "fix_status", "fixstatus": "fix_quality",
+    "positioncovariance0": "variance_e", "positioncovariance4": "variance_n", "positioncovariance8": "variance_u",
+    "positioncovariancetype": "variance_type",
+}  # fmt: skip
+"""Whole names, but for their first words: of receivers, and NavSatFix of ROS, whose matrix is of east, north, up."""
+_BEFORE_FIXES = words_of("gps gnss field")
+LEAST_OF_A_FIX = {"fix_type": 2, "fix_quality": 1, "fix_status": 0}
+"""The smallest number of a fix: of u-blox, PX4 and MAVLink, where 1 is dead reckoning or no fix; of NMEA and flags; of ROS."""
+_FILLERS = words_of("field above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx pvt")
 # These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)
@@ -88,6 +101,8 @@ def aid_column(name: str) -> AidColumn | None:
         text, stated = match.groups()
         stated = "" if stated.lower() in _DATUMS else stated
     tokens = words_in(text.replace("°", "deg"))
+    if role := _OF_FIXES.get("".join(token for token in tokens if token not in _BEFORE_FIXES)):
+        return AidColumn(role, None, 1.0)
     bare = [token for token in tokens if token not in _FILLERS]
     for end in range(len(bare), 0, -1):
         stem, behind = "".join(bare[:end]), "".join(bare[end:])

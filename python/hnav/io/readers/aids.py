@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from hnav.io.aids import AIDS, AidSamples
-from hnav.io.readers.aid_columns import ABOVE_SEA
+from hnav.io.readers.aid_columns import ABOVE_SEA, LEAST_OF_A_FIX
 from hnav.io.readers.columns import Column
 from hnav.io.readers.receiver_integers import with_units_of_integers
 from hnav.units import S_PER
@@ -16,6 +16,8 @@ from hnav.units import S_PER
 PLACE = ("lat_deg", "lon_deg", "alt_m")
 # Smallest medians that are read as Pa and as hPa where the column name states no unit; smaller ones are kPa.
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
+
+SATELLITES = ("position", "velocity")
 
 
 NO_POSITIONS = "positions were left out: "
@@ -44,13 +46,31 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
         given["sigma_heading_rad"] = np.radians(given["sigma_heading_deg"])
     sigmas = {"position": ("sigma_h", "sigma_h", "sigma_v"), "velocity": 3 * ("sigma_vel",), "heading": ("sigma_heading_rad",)}
     nothing = np.full(len(t_s), np.nan)
+    fixed = ~without_fix(values, len(t_s))
     samples = {}
     for kind, read in found.items():
         if read is not None:
             sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
             above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
+            if kind == "position" and not {"sigma_h", "sigma_v"} & given.keys():
+                sigma = _by_variances(given, nothing)
+            if kind in SATELLITES:
+                read = np.where(fixed[:, None], read, np.nan)
             samples[kind] = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
     return whole(samples)
+
+
+def _by_variances(given: Mapping[str, np.ndarray], nothing: np.ndarray) -> np.ndarray:
+    """m x 3: sigmas north, east, down of the variances, NaN where one is not known."""
+    variance = np.stack([given.get(f"variance_{axis}", nothing) for axis in "neu"], axis=1)
+    known = (given.get("variance_type", np.ones(len(nothing))) > 0)[:, None] & (variance > 0).all(axis=1, keepdims=True)
+    return np.sqrt(np.where(known, variance, np.nan))
+
+
+def without_fix(values: Mapping[str, np.ndarray], rows: int) -> np.ndarray:
+    """The rows that state that there is no fix."""
+    stated = [values[role] < least for role, least in LEAST_OF_A_FIX.items() if role in values]
+    return np.logical_or.reduce([np.zeros(rows, bool), *stated])
 
 
 def aids_and_notes(
@@ -59,7 +79,10 @@ def aids_and_notes(
     """As aids_in, of columns whose integers may be those of a receiver, and notes on these and on what was left out. Raises RecordingError
     for a unit that is not certain."""
     columns, notes = with_units_of_integers(columns, values)
-    return aids_in(columns, values, t_s), [*notes, *lonely(columns)]
+    found = aids_in(columns, values, t_s)
+    if (count := int(without_fix(values, len(t_s)).sum())) and any(kind in found for kind in SATELLITES):
+        notes = (*notes, f"rows without a fix, whose positions and velocities were left out: {count}")
+    return found, [*notes, *lonely(columns)]
 
 
 def lonely(roles: Collection[str]) -> Iterator[str]:

@@ -39,6 +39,24 @@ def number_of(cell: str, decimal: str = ".") -> float:
     return float(text.replace(decimal, "."))
 
 
+_NO_FIX = re.compile(
+    r"((gps|gnss|fix|type|status) )*(no|not|none|nofix|invalid|false|void)( (gps|gnss|fix|position|solution|valid|available))*"
+    r"|(time|dead reckoning)( only)?"
+)
+
+
+def fixes_of(cells: Iterable[object]) -> list[float]:
+    """What cells state of a fix: a number, -1 for words such as No fix, infinity for those of a fix; beside words an empty one is no fix."""
+    found, words = [], False
+    for cell in map(str, cells):
+        try:
+            found.append(number_of(cell))
+        except ValueError:
+            words = True
+            found.append(-1.0 if _NO_FIX.fullmatch(" ".join(re.findall(r"[a-z\d]+", cell.lower()))) else math.inf)
+    return [-1.0 if words and math.isnan(one) else one for one in found]
+
+
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, with a point or a comma as its decimal mark."""
     try:

@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, PER, ROLES, aid_column, aid_unit
+from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, LEAST_OF_A_FIX, PER, ROLES, aid_column, aid_unit
 from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_in, words_of
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
 
@@ -92,6 +92,11 @@ class Column:
     def aids(self) -> bool:
         """Whether it is of an aiding sensor, so that others can do without it."""
         return self.role in ROLES
+
+    @property
+    def of_fix(self) -> bool:
+        """Whether its cells may be words, such as 3D."""
+        return self.role in LEAST_OF_A_FIX
 
     @property
     def factor(self) -> float:

@@ -18,7 +18,7 @@ import numpy as np
 
 from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import NO_POSITIONS, aids_and_notes
-from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, number_of
+from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, fixes_of, number_of
 from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import FRACTION, GRAVITY, OWN_TIMES, QUANTITY_OF, Column, column_of, columns_of, with_unit
 from hnav.io.readers.instants import is_instant, seconds_of
@@ -82,7 +82,13 @@ class Plan:
 
     def kind(self, place: int) -> type:
         """The type of the cells of a column."""
-        return str if self.instants and place in [column.place for column in self.times] else float
+        return str if place in self.texts else float
+
+    @property
+    def texts(self) -> set[int]:
+        """Places of the columns whose cells may be no numbers."""
+        times = self.times if self.instants else []
+        return {column.place for column in (*times, *(column for column in self.columns.values() if column.of_fix))}
 
     @property
     def times(self) -> list[Column]:
@@ -423,7 +429,10 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
 
 def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
     """The table that rows are, read by its plan. Raises RecordingError for times that are none."""
-    values = {role: frame[column.place].to_numpy() for role, column in plan.columns.items()}
+    values = {
+        role: np.array(fixes_of(frame[column.place])) if column.of_fix else frame[column.place].to_numpy()
+        for role, column in plan.columns.items()
+    }
     for column in plan.times if plan.instants else ():
         values[column.role] = seconds_of(at_header(shown, plan.layout), column.name, values[column.role])
     return Table(plan.columns, _with_fraction(values), plan.layout, plan.instants)
@@ -564,8 +573,8 @@ def _is_instant(text: str, layout: Layout, place: int) -> bool:
 def fault_of(shown: str, lines: Iterable[str], plan: Plan, remarks: Container[int] = ()) -> str | None:
     """The first fault of a table that the fast reader did not digest, found line by line. remarks: lines that are no rows."""
     layout, used = plan.layout, {column.place: column for column in plan.columns.values()}
-    for column in plan.times if plan.instants else ():
-        used.pop(column.place, None)
+    for place in plan.texts:
+        used.pop(place, None)
     try:
         for line, row in rows_of(lines, layout):
             if line in remarks:
@@ -612,6 +621,8 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
         series = frame.iloc[:, column.place]
         if (numbers := _numbers(series)) is not None:
             values[role] = numbers
+        elif column.of_fix:
+            values[role] = np.array(fixes_of(series))
         elif role in ("t_s", *OWN_TIMES.values()):
             values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
         elif wishes.only_aids or not column.aids:
