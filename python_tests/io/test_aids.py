@@ -429,6 +429,7 @@ NAV_SAT_FIX = ["Time", "status.status", "latitude", "longitude", "altitude", *(f
     "name, cells, kept",
     [
         ("fix_type", ["0", "1", "2", "3", "6"], [2, 3, 4]),
+        ("fix_type", ["0", "1", "1", "", "1"], [1, 2, 3, 4]),
         ("fixType", ["3", "0", "", "4", "5"], [0, 2, 3, 4]),
         ("gps_fix_type", ["No fix", "3D", "RTK fixed", "none", "float"], [1, 2, 4]),
         ("fix", ["0", "1", "2", "4", "5"], [1, 2, 3, 4]),
@@ -454,7 +455,9 @@ def test_rows_that_state_no_fix_are_left_out_and_counted(tmp_path, name, cells, 
 
 def test_fixes_of_bagpy_have_their_status_and_covariance(tmp_path):
     path = tmp_path / "fix.csv"
-    rows = [(k, status, 48, 11.5, 500, 4, 0, 0, 0, 9, 0, 0, 0, 25, kind) for k, status, kind in ((0, 0, 2), (1, -1, 2), (2, 0, 0))]
+    rows = [
+        (k, status, 48, 11.5, 500, 4, 0, 0, 0, 9, 0, 0, 0, 25, kind) for k, status, kind in ((0, 0, 2), (1, -1, 2), (2, 0, 0))
+    ]
     lines = [[*NAV_SAT_FIX, "position_covariance_type"], *rows]
     path.write_text("\n".join(",".join(map(str, line)) for line in lines) + "\n")
     position = read_aids(path, time_unit="s")["position"]

@@ -68,8 +68,11 @@ def _by_variances(given: Mapping[str, np.ndarray], nothing: np.ndarray) -> np.nd
 
 
 def without_fix(values: Mapping[str, np.ndarray], rows: int) -> np.ndarray:
-    """The rows that state that there is no fix."""
-    stated = [values[role] < least for role, least in LEAST_OF_A_FIX.items() if role in values]
+    """The rows that state that there is no fix. A type that is never above 1 is a flag."""
+    stated = []
+    for role in LEAST_OF_A_FIX.keys() & values.keys():
+        largest = float(values[role].max(initial=1, where=~np.isnan(values[role])))
+        stated.append(values[role] < min(LEAST_OF_A_FIX[role], largest))
     return np.logical_or.reduce([np.zeros(rows, bool), *stated])
 
 
