@@ -17,8 +17,10 @@ PLACE = ("lat_deg", "lon_deg", "alt_m")
 # Smallest medians that are read as Pa and as hPa where the column name states no unit; smaller ones are kPa.
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
-SATELLITES = ("position", "velocity")
-
+SIGMAS, BY_VARIANCES = ("sigma_h", "sigma_h", "sigma_v"), ("sigma_n", "sigma_e", "sigma_u")
+"""Sigmas of a place, north, east and vertical: as stated, and from variances."""
+OF_FIXES = {*PLACE, "vn", "ve", "vd", "ground_speed", "course_deg"}
+"""Roles whose values a row without a fix has not measured."""
 
 NO_POSITIONS = "positions were left out: "
 """Beginning of a note that is a warning."""
@@ -31,7 +33,7 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
 
     columns, values: of the table, by role; t_s: of its rows.
     """
-    given = {role: column.factor * values[role] for role, column in columns.items() if column.aids and role != "received_s"}
+    given = _given(columns, values, len(t_s))
     received_s = None
     if column := columns.get("received_s"):
         received_s = values["received_s"] * S_PER[column.unit or "s"]
@@ -44,27 +46,32 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
     }
     if "sigma_heading_deg" in given:
         given["sigma_heading_rad"] = np.radians(given["sigma_heading_deg"])
-    sigmas = {"position": ("sigma_h", "sigma_h", "sigma_v"), "velocity": 3 * ("sigma_vel",), "heading": ("sigma_heading_rad",)}
+    sigmas = {"position": SIGMAS, "velocity": 3 * ("sigma_vel",), "heading": ("sigma_heading_rad",)}
+    if not given.keys() & {*SIGMAS}:
+        sigmas["position"] = BY_VARIANCES
     nothing = np.full(len(t_s), np.nan)
-    fixed = ~without_fix(values, len(t_s))
     samples = {}
     for kind, read in found.items():
         if read is not None:
             sigma = np.stack([given.get(name, nothing) for name in sigmas.get(kind, ("",))], axis=1)
             above_sea = kind == "position" and ABOVE_SEA.search(columns["alt_m"].name) is not None
-            if kind == "position" and not {"sigma_h", "sigma_v"} & given.keys():
-                sigma = _by_variances(given, nothing)
-            if kind in SATELLITES:
-                read = np.where(fixed[:, None], read, np.nan)
             samples[kind] = AidSamples(t_s, read, np.broadcast_to(sigma, read.shape), received_s, above_sea)
     return whole(samples)
 
 
-def _by_variances(given: Mapping[str, np.ndarray], nothing: np.ndarray) -> np.ndarray:
-    """m x 3: sigmas north, east, down of the variances, NaN where one is not known."""
-    variance = np.stack([given.get(f"variance_{axis}", nothing) for axis in "neu"], axis=1)
-    known = (given.get("variance_type", np.ones(len(nothing))) > 0)[:, None] & (variance > 0).all(axis=1, keepdims=True)
-    return np.sqrt(np.where(known, variance, np.nan))
+def _given(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], rows: int) -> dict[str, np.ndarray]:
+    """Values of aiding columns by role, in the first units of their quantities; NaN where they are those of a fix that a row has not. With
+    BY_VARIANCES where variances are known."""
+    given = {role: column.factor * values[role] for role, column in columns.items() if column.aids and role != "received_s"}
+    lost = without_fix(values, rows)
+    for role in OF_FIXES & given.keys():
+        given[role] = np.where(lost, np.nan, given[role])
+    for name in BY_VARIANCES:
+        variance = given.get(f"variance_{name[-1]}")
+        if variance is not None:
+            known = (given.get("variance_type", np.ones(rows)) > 0) & (variance > 0)
+            given[name] = np.sqrt(np.where(known, variance, np.nan))
+    return given
 
 
 def without_fix(values: Mapping[str, np.ndarray], rows: int) -> np.ndarray:
@@ -73,7 +80,8 @@ def without_fix(values: Mapping[str, np.ndarray], rows: int) -> np.ndarray:
     for role in LEAST_OF_A_FIX.keys() & values.keys():
         largest = float(values[role].max(initial=1, where=~np.isnan(values[role])))
         stated.append(values[role] < min(LEAST_OF_A_FIX[role], largest))
-    return np.logical_or.reduce([np.zeros(rows, bool), *stated])
+    lost: np.ndarray = np.logical_or.reduce([np.zeros(rows, bool), *stated])
+    return lost
 
 
 def aids_and_notes(
@@ -83,7 +91,7 @@ def aids_and_notes(
     for a unit that is not certain."""
     columns, notes = with_units_of_integers(columns, values)
     found = aids_in(columns, values, t_s)
-    if (count := int(without_fix(values, len(t_s)).sum())) and any(kind in found for kind in SATELLITES):
+    if (count := int(without_fix(values, len(t_s)).sum())) and found.keys() & {"position", "velocity"}:
         notes = (*notes, f"rows without a fix, whose positions and velocities were left out: {count}")
     return found, [*notes, *lonely(columns)]
 

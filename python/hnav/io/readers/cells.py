@@ -41,7 +41,7 @@ def number_of(cell: str, decimal: str = ".") -> float:
 
 _NO_FIX = re.compile(
     r"((gps|gnss|fix|type|status) )*(no|not|none|nofix|invalid|false|void)( (gps|gnss|fix|position|solution|valid|available))*"
-    r"|(time|dead reckoning)( only)?"
+    r"|time( only)?"
 )
 
 
