@@ -235,10 +235,7 @@ class InsReference:
         """Accumulates the last interval, at its middle."""
         rate, raw = self.turn_rate(), R @ (self.force - self.accel_bias)
         if not self.length_s > 0:
-            errors = np.zeros((2, ERRORS))
-            errors[:, PHI] = cross_matrix(np.array([0, 0, np.linalg.norm(self.gravity)]))[:2]
-            errors[:, ACCEL] = -R[:2]
-            self.by_errors2 = np.trace(errors @ self.P @ errors.T)
+            self.by_errors2 = self.force_by_errors2(R)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
         age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
@@ -274,6 +271,13 @@ class InsReference:
     def felt_over_s(self) -> float:
         """Time over which vibration is averaged away to something small."""
         return min(LONGEST_S, self.noise2()[1] * self.interval_s / (2 * SMALL_M_S2**2))
+
+    def force_by_errors2(self, R: Array) -> float:
+        """Variance of the horizontal force that errors of tilt and accelerometer bias put into T."""
+        errors = np.zeros((2, ERRORS))
+        errors[:, PHI] = cross_matrix(np.array([0, 0, np.linalg.norm(self.gravity)]))[:2]
+        errors[:, ACCEL] = -R[:2]
+        return float(np.trace(errors @ self.P @ errors.T))
 
     def feel(self, force: Array, T: float) -> None:
         """The force without vibration, its mean square along the horizontal, and the share of errors of tilt and accelerometer bias."""

@@ -68,10 +68,10 @@ _OF_FIXES = {
     "positioncovariancetype": "variance_type",
 }  # fmt: skip
 """Whole names, but for their first words: of receivers, and NavSatFix of ROS, whose matrix is of east, north, up."""
-_BEFORE_FIXES = words_of("gps gnss field")
+_BEFORE_FIXES = words_of("gps gnss")
 LEAST_OF_A_FIX = {"fix_type": 2, "fix_quality": 1, "fix_status": 0}
 """The smallest number of a fix: of u-blox, PX4 and MAVLink, where 1 is none by satellites; of NMEA and flags; of ROS."""
-_FILLERS = words_of("field above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx pvt")
+_FILLERS = words_of("above gps gnss fix satellite satellites nav pos position location ned raw data sensor ublox ubx pvt")
 # These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)
