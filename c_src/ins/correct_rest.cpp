@@ -76,13 +76,12 @@ double Model::gate_of(const Measurement& m) const {
 // A steady rate that the bias known so far cannot be is a turn: of a turntable, or of a robot on the spot. Taken for rest, the bias of
 // consumer sensors followed it by 5 deg/s, and the tilt was ready and wrong for 10 % of the time, now for 0.
 bool Model::turns_on_the_spot(const State& s, const Covariance& P) const {
-    constexpr double gate_nis = 16; // three degrees of freedom, as of the AHRS
     if (!s.rest.sways(options_)) return false;
     const Vector3 turn = vec(s.rest.mean_rate) - vec(s.gyro_bias);
     const double noise = square(options_.gyro_noise_rad_per_sqrt_s) + square(options_.rest_rate_noise_rad_per_sqrt_s);
     Matrix3 S = P.block(row_gyro, row_gyro);
     S.diagonal().array() += noise / Unrest::filter_s + s.rest.rate2 / 3 + s.rest.wander.density2() + square(earth::rate_rad_s);
-    return normalised_square<3, double>(S, turn) > gate_nis;
+    return normalised_square<3, double>(S, turn) > turn_nis;
 }
 
 void Model::correct_rest(State& s, Covariance& P, const Event& event) const {

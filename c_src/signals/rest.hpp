@@ -12,6 +12,10 @@
 
 namespace hnav {
 
+// NIS of the mean rate beside the known bias, three degrees of freedom, beyond which a body that seems to be at rest turns: exceeded by chance
+// once in 880. Chosen.
+constexpr double turn_nis = 16;
+
 // How much the mean rate of what seems to be at rest wanders: a bias does not, waves and smooth turns do. Part of a filter's state: numbers of one
 // kind only.
 template <class R>

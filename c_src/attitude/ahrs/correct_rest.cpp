@@ -6,7 +6,6 @@ namespace hnav {
 // Whether the body is at rest: rate and force are quiet, and neither the field (of a given body) nor the bias shows a turn. A mean rate that
 // is not the bias is a turn of the body, unless the field would have turned: then the bias has stepped.
 bool AhrsModel::is_at_rest(State& s, Correction& c) const {
-    constexpr R gate_nis = 16; // three degrees of freedom
     if (!is_field_still(s) && is_given_to_travel()) {
         s.rest.still_s = 0;
         return false;
@@ -14,7 +13,7 @@ bool AhrsModel::is_at_rest(State& s, Correction& c) const {
     if (!s.rest.at_rest(options_)) return false;
     s.rest.wander.note(s.rest.mean_rate, s.x[13]);
     const Vector3R from_bias = Vector3R(s.rest.mean_rate) - Vector3R(s.bias);
-    if (normalised_square<3, R>(block<3, 3>(c.P, bias, bias), from_bias) <= gate_nis) return true;
+    if (normalised_square<3, R>(block<3, 3>(c.P, bias, bias), from_bias) <= R(turn_nis)) return true;
     if (s.still_field.excludes_turn()) {
         admit_bias_at_rest(s, c, from_bias);
         return true;
