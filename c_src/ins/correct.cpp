@@ -16,11 +16,10 @@ void add_error(const double* error, State& s) {
 }
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
-    const Vector3 turned_b = attitude(s).transpose() * vec(error + row_phi);
-    vec(s.turned_b) += turned_b;
+    vec(s.turned) += vec(error + row_phi);
     if (is_free(s)) {
         // An attitude correction times an unknown bias is a product of two errors; it is added as noise.
-        const Matrix3 turned = cross_matrix(turned_b);
+        const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
         P.add(row_accel, row_accel, turned * P.block(row_accel, row_accel) * turned.transpose());
     }
     if (step_) step_->add(error);
@@ -121,14 +120,19 @@ void judge_velocity(State& s, const Event& event) {
         for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
 }
 
-// A tilt and the accelerometer bias that produces the same force are one unobservable direction in t axes until the body turns, and so are the
-// heading and the gyro bias that replaces the Earth rate (in the search the heading is u instead). When corrections turn the estimate, these must
-// stay in t (observability-constrained filters, Huang et al. 2010). If they stayed in body axes, the corrections would seem to observe them.
-void turn_biases(State& s, Covariance& P) {
-    const Matrix3 turn = rotation_matrix(rotation_quaternion(-vec(s.turned_b)));
-    if (!is_free(s)) turn_rows(P, row_gyro, turn);
-    turn_rows(P, row_accel, turn);
-    vec(s.turned_b).setZero();
+// A tilt and the accelerometer bias that produces the same force are one unobservable direction until the body turns. When corrections turn the
+// estimate, that direction must be kept, or they seem to observe it (observability-constrained filters, Huang et al. 2010). Biases stay in t; but
+// by a corrected heading the tilt turns with the body instead, so that errors along its axes remain apart: on a straight way the pitch is observed
+// and the roll is not. In the search such a correction takes back what the gyroscopes have drifted by, and turns nothing.
+void turn_errors(State& s, Covariance& P) {
+    const Vector3 heading(0, 0, is_free(s) ? 0 : s.turned[2]);
+    const Matrix3 back = rotation_matrix(rotation_quaternion(attitude(s).transpose() * (heading - vec(s.turned))));
+    if (!is_free(s)) {
+        turn_rows(P, row_phi, rotation_matrix(rotation_quaternion(heading)));
+        turn_rows(P, row_gyro, back);
+    }
+    turn_rows(P, row_accel, back);
+    vec(s.turned).setZero();
 }
 
 } // namespace
@@ -398,7 +402,7 @@ void Model::correct(State& s, const Event& event) const {
     if (has_new(s, event, ins::heading)) correct_heading(s, P, event);
     if (s.phase == Phase::navigating && !is_elsewhere(s, event)) judge_velocity(s, event);
     if (sees_field) correct_field(s, P, event);
-    turn_biases(s, P);
+    turn_errors(s, P);
     if (!is_free(s)) move_anchor(s, P);
     s.last_correction_s = event.t_s;
     ++s.corrections;

@@ -98,11 +98,11 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
 }
 
 // What the attitude turns by while the body stands is an error. A tilt and the bias that produces the same force stay indistinguishable, so that
-// direction stays in t as with corrections (turn_biases). In body axes the errors of the gyroscope would seem to observe it: in ten minutes the
+// direction is kept as with corrections (turn_errors). Otherwise the errors of the gyroscope would seem to observe it: in ten minutes the
 // tilt of consumer sensors was ready at a sigma of .6 deg and an error of 6.9, now 2.5 and 2.4. Steps that this event has admitted have turned the
 // attitude already: they are within.
 void Model::note_false_turn(State& s) {
-    if (s.window.length_s > 0) vec(s.turned_b) = rotation_vector(multiply(conjugate(quat(s.window.began_q)), quat(s.x + 6)));
+    if (s.window.length_s > 0) vec(s.turned) = rotation_vector(multiply(quat(s.x + 6), conjugate(quat(s.window.began_q))));
 }
 
 void Model::hold_velocity(State& s, Covariance& P, const Event& event, bool stated) const {

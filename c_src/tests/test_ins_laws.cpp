@@ -452,6 +452,40 @@ TEST(InsHeading, OneThatContradictsMotionIsWeighedDown) {
     EXPECT_LT(off[1], 1 * deg);
 }
 
+// Along a straight way, where the pitch changes and nothing observes the roll.
+Truth straight() {
+    const Vector3 p = earth::position_of(town);
+    const Matrix3 N = earth::axes_at(town);
+    return {[=](double t) { return Vector3(p + N * Vector3(10 * t, 0, 0)); },
+            [=](double t) {
+                return multiply(quaternion_from_matrix(N), rotation_quaternion(Vector3(0, 0.2 * std::sin(0.7 * t), 0)));
+            }};
+}
+
+// What the pitch is known to within, a heading corrected by 17 deg must not give to the roll: its sigma would be halved.
+TEST(InsHeading, ACorrectedOneMakesNoRollKnown) {
+    const Truth truth = straight();
+    double roll[2] = {}, pitch[2] = {};
+    for (const bool off : {false, true}) {
+        ins::Options o = given(truth);
+        const Quaternion wrong = rotation_quaternion(Vector3(0, 0, off ? 0.3 : 0));
+        ins::quat(o.start_q_nb) = multiply(wrong, ins::quat(o.start_q_nb));
+        o.start_sigma_heading_rad = 0.3;
+        o.start_sigma_tilt_rad = 0.03;
+        o.start_sigma_accel_bias_m_s2 = 0.3;
+        Flight run(o);
+        drive_with(run, truth, 0, 3000, 20, [](double) {});
+        drive_with(run, truth, 3000, 3500, 20, [&](double t) { run.filter.push({t, ins::heading, {0, 1 * deg}}); });
+        const ins::State& now = run.filter.newest();
+        EXPECT_LT(std::fabs(wrap_angle(roll_pitch_yaw(run.shown().q_nb)[2])), 1 * deg) << off;
+        roll[off] = std::sqrt(now.P[ins::packed(ins::row_phi, ins::row_phi)]);
+        pitch[off] = std::sqrt(now.P[ins::packed(ins::row_phi + 1, ins::row_phi + 1)]);
+    }
+    EXPECT_GT(roll[0], 3 * pitch[0]);
+    EXPECT_NEAR(roll[1], roll[0], 0.001 * roll[0]);
+    EXPECT_NEAR(pitch[1], pitch[0], 0.001 * pitch[0]);
+}
+
 // On a turntable.
 Truth standing(double turn_rad_s = 0) {
     const Vector3 p = earth::position_of(town);

@@ -131,7 +131,9 @@ class Consistency:
                 self.mean = self.mean / np.sqrt(self.successive)
                 self.successive = 1.0
             else:
+                before_noise = self.noise
                 self.noise = max(1.0, self.noise * float(np.exp(since_s / self.SLOW_S * (self.successive - 1))))
+                self.colour_s = min(self.colour_s * before_noise / self.noise, self.WINDOW_S)
         share = since_s / (self.WINDOW_S + since_s)
         self.mean = self.mean + share * (y - self.mean)
         if self.last is not None and self.colour_s > 0 and since_s < self.WINDOW_S:
@@ -161,7 +163,7 @@ class InsReference:
         self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)
-        self.turned_b = np.zeros(3)
+        self.turned = np.zeros(3)
         self.velocity_fit, self.position_fit = Consistency(0.3), Consistency(0.0)
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
@@ -425,17 +427,18 @@ class InsReference:
             self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit)
         if field_b is not None:
             self.correct_field(field_b)
-        self.turn_biases()
+        self.turn_errors()
         self.put_gravity()
         self.corrected_s = self.t_s
 
-    def turn_biases(self) -> None:
-        """Their information stays in the axes T while corrections turn the attitude."""
-        turn = turned(-self.turned_b)[0]
-        for rows in (GYRO, ACCEL):
+    def turn_errors(self) -> None:
+        """A tilt and the bias that produces the same force stay together: the tilt turns with a corrected heading, biases stay in T."""
+        vertical = np.array([0, 0, self.turned[2]])
+        about_vertical, back = turned(vertical)[0], turned(-self.R.T @ (self.turned - vertical))[0]
+        for rows, turn in ((PHI, about_vertical), (GYRO, back), (ACCEL, back)):
             self.P[rows] = turn @ self.P[rows]
             self.P[:, rows] = self.P[:, rows] @ turn.T
-        self.turned_b = np.zeros(3)
+        self.turned = np.zeros(3)
 
     def late(self, change: Array) -> tuple[Array, Array]:
         """Rows with what the latency does to what changes so fast, and the noise of the vertical, which is late by itself."""
@@ -513,7 +516,7 @@ class InsReference:
         self.P = 0.5 * (self.P + self.P.T)
         if fit:
             fit.note(r, np.diag(S), self.t_s)
-        self.turned_b = self.turned_b + self.R.T @ error[PHI]
+        self.turned = self.turned + error[PHI]
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
         self.memory_field, self.memory_R = turned(error[PHI])[0] @ self.memory_field, turned(error[PHI])[0] @ self.memory_R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
