@@ -755,6 +755,9 @@ class AhrsReference:
         if distrust > 0:
             angle = -distrust * azimuth(field.candidate)
             self.turn_heading(angle)
+            turn = ONE.copy()
+            turn[V, V] = turn[PHI.start : HEADING, PHI.start : HEADING] = about_down(angle)[:2, :2]
+            self.E, self.steps.response = turn @ self.E @ turn.T, turn @ self.steps.response
             mean = about_down(angle) @ mean
             self.E[HEADING, HEADING] += distrust * self.o.turn_sigma_rad**2
             self.information[1], self.confirmed = 0.0, False

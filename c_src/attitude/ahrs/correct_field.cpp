@@ -178,6 +178,7 @@ void AhrsModel::change_reference(State& s, Correction& c, MeanField<R>& mean) co
     if (distrust > 0) {
         const R angle = -distrust * field.candidate_azimuth_rad();
         turn_heading(s, angle);
+        turn_errors(c, angle);
         mean.n = rotation_matrix<R>(rotation_quaternion<R>({0, 0, angle})) * mean.n;
         c.heading_variance() += distrust * R(options_.turn_sigma_rad) * R(options_.turn_sigma_rad);
         s.information.heading = 0;
@@ -187,6 +188,19 @@ void AhrsModel::change_reference(State& s, Correction& c, MeanField<R>& mean) co
     field.take_candidate();
     s.undisturbed_s = 0;
     s.contradicted_s = lasting_s;
+}
+
+// As turn_heading does with the state. A tilt and the accelerometer bias that hides it would otherwise seem to be known apart.
+void AhrsModel::turn_errors(Correction& c, R angle_rad) {
+    Matrix2R turn;
+    turn << std::cos(angle_rad), -std::sin(angle_rad), std::sin(angle_rad), std::cos(angle_rad);
+    for (int j = 0; j < errors; ++j) c.P.col(j) = c.column(j);
+    for (const int row : {velocity, rotation}) {
+        c.P.middleRows<2>(row) = (turn * c.P.middleRows<2>(row)).eval();
+        c.P.middleCols<2>(row) = (c.P.middleCols<2>(row) * turn.transpose()).eval();
+    }
+    c.response.topRows<2>() = (turn * c.response.topRows<2>()).eval();
+    c.velocity_response = (turn * c.velocity_response).eval();
 }
 
 // Gates and noise are in units of the strength.

@@ -262,6 +262,7 @@ private:
     static void add_error(State& s, int from, R factor, int to);
     void start(State& s, const Event& event) const;
     static void turn_heading(State& s, R angle_rad);
+    static void turn_errors(Correction& c, R angle_rad);
     void initialise_heading_by_field(State& s, const Vector3R& field_b) const;
 
     // outputs.cpp
