@@ -62,6 +62,13 @@ def test_inertial_messages_go_by_the_stamp_and_have_their_units(tmp_path, stampe
     assert [str(data.origin.units[one]) for one in ("gyro", "accel")] == ["rad/s by format", "m/s2 by format"]
 
 
+def test_columns_are_given_by_their_names_in_the_file(tmp_path):
+    rows = [[BEGIN + 10_000_000 * i, i, 0, "imu", 0.1, 0.2, 0.3, 0, 0, 9.8] for i in range(100)]
+    swapped = {"gx": "field.angular_velocity.y", "gy": "field.angular_velocity.x", "gz": "field.angular_velocity.z"}
+    data = read(written(tmp_path / "imu.csv", IMU, rows), columns=swapped)
+    np.testing.assert_array_equal(data.rate_b_rad_s[0], [0.2, 0.1, 0.3])
+
+
 def test_fixes_alone_are_no_recording_and_one_without_a_latitude_is_none(tmp_path):
     path = written(tmp_path / "fix.csv", FIX, [fix(0)])
     with pytest.raises(RecordingError, match="holds satellites alone.*--gnss"):

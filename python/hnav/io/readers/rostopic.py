@@ -13,23 +13,24 @@ from hnav.io.readers.streams import Raw, Wishes, alone
 from hnav.io.readers.tables import parse, raw_of
 
 TIME, STAMP = "%time", "header.stamp"
-PREFIX = b"field."
+PREFIX = "field."
 """Of all names of the message."""
 
 
 def is_rostopic(path: Path, head: bytes) -> bool:
-    return head.startswith(b"%time,field.") and PREFIX + STAMP.encode() in head.split(b"\n", 1)[0]
+    return head.startswith(b"%time,field.") and (PREFIX + STAMP).encode() in head.split(b"\n", 1)[0]
 
 
 def read_rostopic(path: Path, wishes: Wishes) -> Raw:
     """Imu or MagneticField, or positions of NavSatFix, as a table. Raises RecordingError."""
     header, *rows = path.read_bytes().split(b"\n", 1)
-    data = b"\n".join([header.replace(PREFIX, b""), *rows])
-    names = header.replace(PREFIX, b"").decode("utf-8", "replace").strip().split(",")
+    header = header.replace(PREFIX.encode(), b"")
+    data, names = b"\n".join([header, *rows]), header.decode("utf-8", "replace").strip().split(",")
     if {*FIX_FIELDS} <= {*names}:
         alone(path, wishes)
     time = STAMP if _has_stamps(data, names.index(STAMP)) else TIME
-    table = parse(str(path), data, replace(wishes, columns={"t_s": time, **wishes.columns}))
+    given = {role: name.removeprefix(PREFIX) for role, name in wishes.columns.items()}
+    table = parse(str(path), data, replace(wishes, columns={"t_s": time, **given}))
     return raw_of(str(path), table, wishes, {**ROS_UNITS, "time": "ns"}, "rostopic")
 
 
