@@ -97,9 +97,7 @@ private:
             widen(successive); // means were of innovations by too small a sigma
             successive = 1;
         } else {
-            const double before = noise;
             noise = std::fmax(1, noise * std::exp(since_s / slow_s * (successive - 1)));
-            colour_s = std::fmin(colour_s * before / noise, window_s[0]); // means have shown the product of both
         }
     }
     void note_colour(double since_s) {

@@ -16,10 +16,11 @@ void add_error(const double* error, State& s) {
 }
 
 void Model::apply(State& s, Covariance& P, const double* error) const {
-    vec(s.turned) += vec(error + row_phi);
+    const Vector3 turned_b = attitude(s).transpose() * vec(error + row_phi);
+    vec(s.turned_b) += turned_b;
     if (is_free(s)) {
         // An attitude correction times an unknown bias is a product of two errors; it is added as noise.
-        const Matrix3 turned = cross_matrix(attitude(s).transpose() * vec(error + row_phi));
+        const Matrix3 turned = cross_matrix(turned_b);
         P.add(row_accel, row_accel, turned * P.block(row_accel, row_accel) * turned.transpose());
     }
     if (step_) step_->add(error);
@@ -120,19 +121,21 @@ void judge_velocity(State& s, const Event& event) {
         for (int w = 0; w < step_windows; ++w) s.steps[w].add(c.steps[w]);
 }
 
-// A tilt and the accelerometer bias that produces the same force are one unobservable direction until the body turns. When corrections turn the
-// estimate, that direction must be kept, or they seem to observe it (observability-constrained filters, Huang et al. 2010). Biases stay in t; but
-// by a corrected heading the tilt turns with the body instead, so that errors along its axes remain apart: on a straight way the pitch is observed
-// and the roll is not. In the search such a correction takes back what the gyroscopes have drifted by, and turns nothing.
+// A tilt and the accelerometer bias that produces the same force are one unobservable direction until the body turns, and so are the heading and
+// the gyro bias that replaces the Earth rate. When corrections turn the estimate, these must be kept, or they seem to be observed
+// (observability-constrained filters, Huang et al. 2010): biases stay in t. But by a corrected heading the tilt turns with the body instead, so that
+// errors along its axes remain apart: on a straight way the pitch is observed and the roll is not. In the search the heading is u; such a correction
+// takes back what the gyroscopes have drifted by, and turns nothing.
 void turn_errors(State& s, Covariance& P) {
-    const Vector3 heading(0, 0, is_free(s) ? 0 : s.turned[2]);
-    const Matrix3 back = rotation_matrix(rotation_quaternion(attitude(s).transpose() * (heading - vec(s.turned))));
+    const Matrix3 R = attitude(s);
+    const Vector3 turned_b = vec(s.turned_b), heading(0, 0, is_free(s) ? 0 : R.row(2).dot(turned_b));
+    const auto back = [](const Vector3& angle_b) { return rotation_matrix(rotation_quaternion(-angle_b)); };
     if (!is_free(s)) {
         turn_rows(P, row_phi, rotation_matrix(rotation_quaternion(heading)));
-        turn_rows(P, row_gyro, back);
+        turn_rows(P, row_gyro, back(turned_b));
     }
-    turn_rows(P, row_accel, back);
-    vec(s.turned).setZero();
+    turn_rows(P, row_accel, back(turned_b - R.transpose() * heading));
+    vec(s.turned_b).setZero();
 }
 
 } // namespace

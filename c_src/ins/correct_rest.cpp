@@ -102,7 +102,7 @@ void Model::correct_rest(State& s, Covariance& P, const Event& event) const {
 // tilt of consumer sensors was ready at a sigma of .6 deg and an error of 6.9, now 2.5 and 2.4. Steps that this event has admitted have turned the
 // attitude already: they are within.
 void Model::note_false_turn(State& s) {
-    if (s.window.length_s > 0) vec(s.turned) = rotation_vector(multiply(quat(s.x + 6), conjugate(quat(s.window.began_q))));
+    if (s.window.length_s > 0) vec(s.turned_b) = rotation_vector(multiply(conjugate(quat(s.window.began_q)), quat(s.x + 6)));
 }
 
 void Model::hold_velocity(State& s, Covariance& P, const Event& event, bool stated) const {

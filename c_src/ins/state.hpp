@@ -193,7 +193,7 @@ struct State {
     Consistency fits[2]; // of velocity and position
     AidAgreement aids;
     Contradiction contradiction; // velocities that are refused, against the positions
-    double turned[3]; // rotation by the corrections of the present event, in t
+    double turned_b[3]; // rotation by the corrections of the present event, body axes
     double fix[2][3]; // the last velocity and position as received
     double changed_s, changed_gained[3]; // time at which the position last changed; gates.gained at that time
     double inconsistent_s; // time of the last inconsistency

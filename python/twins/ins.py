@@ -131,9 +131,7 @@ class Consistency:
                 self.mean = self.mean / np.sqrt(self.successive)
                 self.successive = 1.0
             else:
-                before_noise = self.noise
                 self.noise = max(1.0, self.noise * float(np.exp(since_s / self.SLOW_S * (self.successive - 1))))
-                self.colour_s = min(self.colour_s * before_noise / self.noise, self.WINDOW_S)
         share = since_s / (self.WINDOW_S + since_s)
         self.mean = self.mean + share * (y - self.mean)
         if self.last is not None and self.colour_s > 0 and since_s < self.WINDOW_S:
@@ -163,7 +161,7 @@ class InsReference:
         self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)
-        self.turned = np.zeros(3)
+        self.turned_b = np.zeros(3)
         self.velocity_fit, self.position_fit = Consistency(0.3), Consistency(0.0)
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
@@ -432,13 +430,14 @@ class InsReference:
         self.corrected_s = self.t_s
 
     def turn_errors(self) -> None:
-        """A tilt and the bias that produces the same force stay together: the tilt turns with a corrected heading, biases stay in T."""
-        vertical = np.array([0, 0, self.turned[2]])
-        about_vertical, back = turned(vertical)[0], turned(-self.R.T @ (self.turned - vertical))[0]
-        for rows, turn in ((PHI, about_vertical), (GYRO, back), (ACCEL, back)):
+        """What no sample observes apart stays together: biases stay in T, but by a corrected heading the tilt turns with the body."""
+        heading = np.array([0, 0, self.R[2] @ self.turned_b])
+        level_b = self.turned_b - self.R.T @ heading
+        for rows, angle in ((PHI, heading), (GYRO, -self.turned_b), (ACCEL, -level_b)):
+            turn = turned(angle)[0]
             self.P[rows] = turn @ self.P[rows]
             self.P[:, rows] = self.P[:, rows] @ turn.T
-        self.turned = np.zeros(3)
+        self.turned_b = np.zeros(3)
 
     def late(self, change: Array) -> tuple[Array, Array]:
         """Rows with what the latency does to what changes so fast, and the noise of the vertical, which is late by itself."""
@@ -516,7 +515,7 @@ class InsReference:
         self.P = 0.5 * (self.P + self.P.T)
         if fit:
             fit.note(r, np.diag(S), self.t_s)
-        self.turned = self.turned + error[PHI]
+        self.turned_b = self.turned_b + self.R.T @ error[PHI]
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
         self.memory_field, self.memory_R = turned(error[PHI])[0] @ self.memory_field, turned(error[PHI])[0] @ self.memory_R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
