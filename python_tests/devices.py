@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 import gzip
 import json
+import operator
 import struct
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import scipy.io
 
@@ -357,6 +360,70 @@ def instants_between_blanks(folder: Path, r: Recording) -> Path:
     return folder / "blanks.txt"
 
 
+def kitti(folder: Path, r: Recording) -> Path:
+    """A file for each row; instants with nine decimals."""
+    (folder / "drive" / "oxts" / "data").mkdir(parents=True)
+    instants = [f"2011-09-26 13:02:{t:012.9f}\n" for t in r.t_s]
+    (folder / "drive" / "oxts" / "timestamps.txt").write_text("".join(instants))
+    for k, (rate, force) in enumerate(zip(r.rate_b_rad_s, r.force_b_m_s2)):
+        row = [49.0, 8.4, 112.8, *(8 * [0.0]), *force, *force, *rate, *rate, 0.05, 0.02, 4, 10, 4, 4, 0]
+        (folder / "drive" / "oxts" / "data" / f"{k:010d}.txt").write_text(" ".join(map(str, row)))
+    return folder / "drive"
+
+
+def ronin(folder: Path, r: Recording) -> Path:
+    """Groups of which one is whole: samples at common times, beside those as they were read."""
+    with h5py.File(folder / "walk.hdf5", "w") as file:
+        for name, values in zip(("gyro", "acce", "magnet"), vectors(r)):
+            file[f"synced/{name}"] = values
+            file[f"raw/imu/{name}"] = np.column_stack([1e9 * r.t_s, values])
+        file["synced/time"], file["synced/gyro_uncalib"] = r.t_s, r.rate_b_rad_s + 0.01
+    return folder / "walk.hdf5"
+
+
+def dat_con(folder: Path, r: Recording) -> Path:
+    """Of DJI; an instance in brackets stands before each name."""
+    names = [f"IMU_ATTI(0):{name}" for name in ("Longitude[degrees]", "velN[meters/Sec]", "accelComposite[meters/Sec2]")]
+    for name, unit in (("gyro", "[degrees/Sec]"), ("accel", "[meters/Sec2]"), ("mag", "[uT]")):
+        names += [f"IMU_ATTI(0):{name}{axis}{unit}" for axis in "XYZ"]
+    of_filter = np.tile([11.5, 0.1, 9.8], (len(r.t_s), 1))
+    return write_rows(folder / "flight.csv", ",".join(["Clock:offsetTime", *names]), [r.t_s, *of_filter.T, *columns(r, DEG)])
+
+
+def vectornav(folder: Path, r: Recording) -> Path:
+    """Behind the time of a logger; a sentence that was damaged is none."""
+    lines = []
+    for t, *rows in zip(r.t_s, *vectors(r, field=1e4)):
+        body = "VNYMR,+010.071,+000.278,-002.026," + ",".join(f"{v:+.9f}" for row in rows[::-1] for v in row)
+        lines.append(f"{t:.6f} ${body}*{functools.reduce(operator.xor, body.encode()):02X}\n")
+    lines.insert(5, lines[5].replace("+010", "+011"))
+    (folder / "vn100.txt").write_text("".join(lines))
+    return folder / "vn100.txt"
+
+
+def blue_trident(folder: Path, r: Recording) -> Path:
+    names = [
+        "time_s",
+        *(f"g{axis}_deg/s" for axis in AXES),
+        *(f"a{axis}_m/s/s" for axis in AXES),
+        *(f"m{axis}_ut" for axis in AXES),
+    ]
+    return write_rows(folder / "trident.csv", ",".join(names), [r.t_s, *columns(r, DEG)])
+
+
+def inertial_sense(folder: Path, r: Recording) -> Path:
+    names = ["time", *(f"{name}[{k}]" for name in ("pqr", "acc", "mag") for k in range(3))]
+    return write_rows(folder / "imu.csv", ",".join(names), [r.t_s, *columns(r)])
+
+
+def nuscenes(folder: Path, r: Recording) -> Path:
+    """Of its CAN bus: times in us since 1970, and an attitude too."""
+    g, a, m = vectors(r)
+    rows = [{"linear_accel": force, "mag": field, "orientation": [1, 0, 0, 0], "rotation_rate": rate, "utime": EPOCH_NS // 1000 + round(1e6 * t)}
+            for t, rate, force, field in zip(r.t_s.tolist(), g.tolist(), a.tolist(), m.tolist())]  # fmt: skip
+    return _json(folder / "scene_ms_imu.json", rows)
+
+
 SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "json records": json_records, "json columns": json_columns, "json lines": json_lines, "sensor logger json": sensor_logger_json,
     "movesense": movesense, "npz": npz, "mat": mat, "packed": packed, "folder of one table": only_table, "mpu6050": adafruit_mpu6050,
@@ -366,5 +433,7 @@ SHAPES: dict[str, Callable[[Path, Recording], Path]] = {
     "milliseconds": milliseconds, "spelled": spelled, "ordinal degrees": ordinal_degrees, "rpm": rpm, "cut off": cut_off,
     "gnss logger": gnss_logger, "get sensor data": get_sensor_data, "get sensor data, no header": lambda folder, r: get_sensor_data(folder, r, "%\n%\n"),
     "sensor log": sensor_log, "merged": merged, "delsys": delsys, "raw and calibrated": raw_and_calibrated, "instants between blanks": instants_between_blanks,
+    "kitti": kitti, "ronin": ronin, "dat con": dat_con, "vectornav": vectornav, "blue trident": blue_trident, "inertial sense": inertial_sense,
+    "nuscenes": nuscenes,
 }  # fmt: skip
 """The writer of a file of each shape."""

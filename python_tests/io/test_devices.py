@@ -14,7 +14,7 @@ from hnav.io.readers import read_aids
 from hnav.io.recordings import RecordingError
 from motion import tilted_motion
 
-NO_FIELD = ("mpu6050", "rostopic", "betaflight", "betaflight, decoded", "betaflight, units")
+NO_FIELD = ("kitti", "mpu6050", "rostopic", "betaflight", "betaflight, decoded", "betaflight, units")
 NEEDS = {"ardupilot": "pymavlink", "ardupilot text": "pymavlink"}
 
 

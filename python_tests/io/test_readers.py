@@ -346,6 +346,43 @@ def test_columns_that_are_proposed_for_a_sensor_number_no_rows_and_hold_no_times
         read(path)
 
 
+def test_columns_that_are_proposed_have_the_unit_of_the_sensor(tmp_path):
+    """Also where the units stand in a line of their own; beside a position the file is not taken for one of satellites alone."""
+    path = tmp_path / "aim.csv"
+    head = "Time,GPS Latitude,GPS Longitude,GPS Altitude,InlineAcc,LateralAcc,VerticalAcc,RollRate,PitchRate,YawRate\ns,deg,deg,m,g,g,g,deg/s,deg/s,deg/s\n"
+    path.write_text(head + "".join(f"{k / 100},48,11,500,0,0,1,0,0,{k % 3}\n" for k in range(60)))
+    with pytest.raises(RecordingError, match="such as columns gx=RollRate columns gy=PitchRate columns gz=YawRate$"):
+        read(path)
+    path.write_text(
+        path.read_text().replace("RollRate", "attitude_x").replace("PitchRate", "attitude_y").replace("YawRate", "attitude_z")
+    )
+    given = {"gx": "attitude_x", "gy": "attitude_y", "gz": "attitude_z"}
+    with pytest.raises(RecordingError, match="such as columns ax=InlineAcc columns ay=LateralAcc columns az=VerticalAcc$"):
+        read(path, columns=given)
+    force = {"ax": "InlineAcc", "ay": "LateralAcc", "az": "VerticalAcc"}
+    np.testing.assert_allclose(read(path, columns=given | force).force_b_m_s2[0], [0, 0, 9.80665])
+
+
+def test_numbers_without_names_are_asked_for_by_their_places_however_long_the_file_is(tmp_path):
+    """The line in which the first part of the file ends, a number alone, is no header."""
+    path = tmp_path / "numbers.csv"
+    rows = (
+        (f"{k / 100:08.3f}" + 12 * ",0.000001").ljust(122, "0") + "\n" for k in range(1000)
+    )  # character 100 000 is of a first number
+    path.write_text("".join(rows))
+    with pytest.raises(RecordingError, match="line 1: no header; .* columns t_s=1,gx=2"):
+        read(path)
+
+
+@pytest.mark.parametrize("heartbeat", [b"\xfd\x09\0\0\0\x01\x01", b"\xfe\x09\0\x01\x01\0"])
+@pytest.mark.parametrize("stamp", [b"", (1_700_000_000_000_000).to_bytes(8, "big")])
+def test_telemetry_of_mavlink_is_answered_by_the_log_that_holds_all_samples(tmp_path, heartbeat, stamp):
+    path = tmp_path / "flight.tlog"
+    path.write_bytes(20 * (stamp + heartbeat.ljust(21, b"\0")))
+    with pytest.raises(RecordingError, match="telemetry of MAVLink.*give the log of the vehicle"):
+        read(path)
+
+
 @pytest.mark.parametrize(
     "spelled, per_s", [("{:.4f} sec", 1), ("{:g} ms", 1e3), ("{:.9f} min", 1 / 60), ("{:.11f} hr", 1 / 3600)]
 )

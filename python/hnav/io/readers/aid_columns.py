@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from hnav.io.readers.unit_names import words_in, words_of
+from hnav.io.readers.unit_names import abbreviated, words_in, words_of
 
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
@@ -80,6 +80,8 @@ ABOVE_ELLIPSOID = re.compile("wgs.?84|ellips", re.IGNORECASE)
 _DATUMS = {"wgs84", "egm96", "msl", "ellipsoid"}
 """What brackets may hold beside a unit."""
 _SQUEEZED = str.maketrans(dict.fromkeys(' ^*_·"', "") | {"°": "deg", "²": "2", "⁻": "-", "¹": "1"})
+INSTANCE = re.compile(r"\(\d+\):")
+"""GPS(0):Lat[degrees] of DJI."""
 _BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*")
 
 
@@ -93,7 +95,7 @@ class AidColumn(NamedTuple):
 
 def aid_column(name: str) -> AidColumn | None:
     """The content of a column of this name; None when it has no role."""
-    text = name.strip().strip('"').lstrip("#% ")
+    text = INSTANCE.sub(":", name.strip().strip('"').lstrip("#% "))
     if text in ROLES:
         return AidColumn(text, next(iter(PER[ROLES[text]])), 1.0)
     stated = ""
@@ -123,4 +125,5 @@ def _of_role(role: str, stated: str, behind: str, sure: bool) -> AidColumn | Non
 
 def aid_unit(quantity: str, text: str) -> str | None:
     """The unit of a quantity that a text names, if it does."""
-    return _UNITS[quantity].get(text.strip().translate(_SQUEEZED).lower())
+    squeezed = text.strip().translate(_SQUEEZED).lower()
+    return _UNITS[quantity].get(squeezed) or _UNITS[quantity].get(abbreviated(squeezed))

@@ -6,7 +6,8 @@ import functools
 import itertools
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, LEAST_OF_A_FIX, PER, ROLES, aid_column, aid_unit
@@ -17,7 +18,7 @@ WHOLE = CSV_COLUMNS[:7]
 """Roles of a table with all samples that a filter needs."""
 
 STEMS = {
-    "gyro": "g w gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
+    "gyro": "g w pqr gyr gyro gyros gyroscope omega rate gy gyroadc angularvelocity angularrate angvel rotationrate turnrate gyrorotation wrs gyrorate "
     "gyroskop drehrate winkelgeschwindigkeit giroscopio vitesseangulaire velocitaangolare velocidadangular",
     "accel": "a ac acc acce accl accel accsmooth accelerometer acceleration f force specificforce ars totalacceleration accelerometeracceleration gforce "
     "beschleunigung beschl aceleracion accelerazione",
@@ -53,7 +54,7 @@ DESCRIBED = FILLERS - {"raw"} | words_of("left right front back body frame axis 
 """Texts in brackets after a name that are no units."""
 
 TIME_STEMS = words_of(
-    "t time timestamp timestamps ts itow datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
+    "t time utime timestamp timestamps ts itow datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
 TIME_FILLERS = words_of(
     "sample sensor log logging rtc unix system startup boot reboot offset in gps i tow elapsed utc relative since start header of app recording cal sync formatted"
@@ -68,6 +69,8 @@ OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
 FRACTION = "t_ns"
 """Role of the nanoseconds of times whose whole seconds have a column of their own."""
+LAST_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*")
+"""IMU_ATTI(0):accelX[meters/Sec2], Accelerometer (z) [m/(s^2)]: what stands before is of the name."""
 OF_A_SENSOR = 3
 """The rank of times named after a sensor."""
 
@@ -142,8 +145,8 @@ def _split(text: str) -> tuple[str, str, str | None]:
     """Name, unit in brackets, and the axis for which an index in brackets stands."""
     if match := re.fullmatch(r"(.*?)\[([012])\]\s*(?:[\(\[](.*)[\)\]])?\s*", text):
         return match.group(1), match.group(3) or "", "xyz"[int(match.group(2))]
-    if match := re.fullmatch(r"([^(\[]*?)\s*[\(\[](.*)[\)\]]\s*", text):
-        return match.group(1), match.group(2), None
+    if match := LAST_BRACKETS.fullmatch(text):
+        return match.group(1), match.group(2) or match.group(3) or "", None
     if match := re.fullmatch(r"(.*\S)\s+in\s+(\S.*)", text):
         return match.group(1), match.group(2), None
     return text, "", None
@@ -183,14 +186,14 @@ def _sensor_column(tokens: list[str], unit: str, axis: str | None, name: str, pl
     before, axis, after = (tokens, axis, []) if axis else _words_around_axis(tokens, sensor)
     if axis is None or NOT_READ & {*before, *after}:
         return None
-    after, counts = _without_counts(after)
+    behind, (after, counts) = "".join(after), _without_counts(after)
     named, letters = _without_gravity(_bare(before))
     found, stated = _sensor_of(named, sensor)
     rank = sum(WORSE.get(token, 0) for token in tokens) if found else BY_UNIT_ALONE
     found = found or only_sensor_of(unit)
     if found not in letters:
         return None
-    spelled = _spelled(str(found), unit, "".join(after), stated)
+    spelled = _spelled(str(found), unit, behind, "".join(after), stated)
     if after and not spelled and not sensor:
         return None
     strange = _strange_unit([] if spelled else [unit, *counts])
@@ -265,14 +268,19 @@ def _sensor_of(tokens: list[str], sensor: str | None) -> tuple[str | None, str]:
     return None, ""
 
 
+def sensor_like(name: str, unit: str) -> str | None:
+    """The sensor of which a column without a role may be an axis, by its unit, which may stand in the name too, or by its words."""
+    bare, stated, index = _split(name)
+    before, axis, _ = _around_axis(words_in(bare))
+    return only_sensor_of(unit or stated) or (_sensor_of(_bare(before), None)[0] if index or axis else None)
+
+
 def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, sensor: str | None = None) -> dict[str, Column]:
     """The column of each role that is found. given: role to name, before which a minus negates. Raises RecordingError.
 
     shown: what messages call the place of the names.
     """
-    found = _candidates(names, _with_axes(names), sensor)
-    if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
-        found = max(found, _candidates(names, short, sensor), key=len)
+    found = _all_candidates(names, sensor)
     chosen: dict[str, Column] = {}
     for role, candidates in found.items():
         best = min(candidates, key=lambda column: column.rank)
@@ -321,6 +329,17 @@ def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str
     return {FRACTION: replace(found[0], role=FRACTION)} if found else {}
 
 
+def _all_candidates(names: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
+    """The candidate columns of each role, by the names as they are, without what all begin with, or of a group that is whole by itself."""
+    found = _candidates(names, _with_axes(names), sensor)
+    if not found.keys() >= set(WHOLE) and (short := _without_common_beginning(names)) != names:
+        found = max(found, _candidates(names, short, sensor), key=len)
+    if not found.keys() >= set(WHOLE):
+        groups = (_candidates(names, group, sensor) for group in _groups(names))
+        found = next((group for group in groups if group.keys() >= set(WHOLE)), found)
+    return found
+
+
 def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
     """The candidate columns of each role. read: the parsed names."""
     found: dict[str, list[Column]] = {}
@@ -365,6 +384,15 @@ def _without_common_beginning(names: Sequence[str]) -> Sequence[str]:
     return [name.removeprefix(words.group()) for name in names] if words else names
 
 
+def _groups(names: Sequence[str]) -> Iterator[Sequence[str]]:
+    """By the word that names begin with: those without it, the others empty. synced_time and synced_gyro_x beside raw_gyro_1 of RoNIN."""
+    words = [match.group() if (match := _FIRST_WORD.match(name)) else "" for name in names]
+    for word, count in Counter(words).items():
+        if word and len(WHOLE) <= count < len(names):
+            yield [name.removeprefix(word) if one == word else "" for name, one in zip(names, words)]
+
+
+_FIRST_WORD = re.compile(r"[A-Za-z]+\d*[_./ ]")
 _UNIT_BEHIND = re.compile(r"(.*\S)\s*\[([^\[\]]+)\]")
 """What the caller adds to a name: vn="speed N [km/h]"."""
 

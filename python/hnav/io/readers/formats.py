@@ -8,6 +8,7 @@ from pathlib import Path
 
 from hnav.io.readers.broad import is_broad, read_broad
 from hnav.io.readers.flight_logs import is_ardupilot, is_betaflight, read_ardupilot, read_betaflight
+from hnav.io.readers.kitti import is_kitti, read_kitti
 from hnav.io.readers.long_tables import is_long_table, read_long_table
 from hnav.io.readers.nmea import is_nmea, read_nmea
 from hnav.io.readers.packed import ZIP_MAGIC, read_folder, tables_in, unpacked, unpacker_of, unzipped, what_it_is
@@ -38,7 +39,7 @@ class Format:
 
 
 def is_text(path: Path, head: bytes) -> bool:
-    return bool(head) and not what_it_is(path, head) and (b"\0" not in without_zeros(head) or head[:2] in UTF_16)
+    return bool(head) and not what_it_is(head) and (b"\0" not in without_zeros(head) or head[:2] in UTF_16)
 
 
 FORMATS = {
@@ -49,6 +50,7 @@ FORMATS = {
     "rosbag": Format("bag of ROS 1 or 2 (.bag, .mcap, .db3 or their folder)", is_bag, read_bag),
     "parquet": Format("Parquet, Feather", lambda path, head: head.startswith((b"PAR1", b"ARROW1")), read_parquet),
     "euroc": Format("EuRoC (data.csv, or a folder of the set)", is_euroc, read_euroc),
+    "kitti": Format("raw sequence of KITTI (folder with oxts)", is_kitti, read_kitti),
     "rostopic": Format("messages of ROS 1 as text, by rostopic echo -p", is_rostopic, read_rostopic),
     "phone": Format("export of Sensor Logger or phyphox (folder or zip)", is_phone_export, read_phone),
     "xsens": Format("binary data of Xsens: says how to get text", is_xsens_binary, refuse_binary),
@@ -91,4 +93,4 @@ def reader_of(path: Path, format: str | None) -> Reader:
         return lambda path, wishes: unzipped(path, lambda inner: reader_of(inner, None)(inner, wishes))
     if path.is_dir():
         raise RecordingError(f"{path}: the folder holds no file: give the file of the recording, or the folder that it is in")
-    raise RecordingError(f"{path}: {what_it_is(path, head)}no supported format ({', '.join(FORMATS)})")
+    raise RecordingError(f"{path}: {what_it_is(head)}no supported format ({', '.join(FORMATS)})")

@@ -17,7 +17,7 @@ from hnav.io.recordings import RecordingError
 
 HEADER_WITHIN = 1000  # lines without a leading number
 COMMENT = "/#% "
-NUMBER_FIRST = re.compile(r"\s*[-+]?\d+([.,]\d*)?([eE][-+]?\d+)?\s*[,;\t| ]")
+NUMBER_FIRST = re.compile(r"\s*[-+]?\d+([.,]\d*)?([eE][-+]?\d+)?\s*([,;\t| ]|$)")
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,15 @@ Accl:   x= 0.10 |   y= 0.02 |   z= 9.81           (Adafruit BNO055)
 Acc (mg) [ 12.3, -4.5, 998.1 ], Gyr (DPS) [ 0.1, 0.2, 0.3 ]      (SparkFun ICM-20948)
 [1234] w=(0.1, 0.2, 0.3) deg/s, a=(0, 0, 9.8) m/s2
 a/g:    -236    -156    16452   -20     80      -15   (i2cdevlib: counts)
+$VNIMU,+0.2310,-0.1052,+0.4301,+0.213,-0.054,-9.801,+0.000123,-0.000456,+0.001002,+25.0,+101.3*5C      (VectorNav; also VNMAR, VNYMR, VNQMR)
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import reduce
+from operator import xor
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +30,10 @@ PAIR = re.compile(rf"([A-Za-z][\w /.()\[\]-]{{0,40}}?)\s*[:=]\s*({NUMBER})(?![\d
 STAMP = re.compile(r"^\s*\[?(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}:\d\d:\d\d(?:[.,]\d+)?)\]?\s*(?:->|[:,>|\t ])\s*")
 PREFIX = re.compile(r"^\s*([A-Za-z]\w{1,20})\s*[:\t ]\s*(?=[xX]\s*[:=])")
 COUNTS = re.compile(rf"^\s*(?:a/g|a/g/m)\s*:\s*((?:{NUMBER}[\s,]*){{6,9}})$")
+VECTORNAV = re.compile(r"\s*(?:(\d+\.?\d*)[,;\s]+)?\$(VN(IMU|MAR|YMR|QMR),[-+\d.,]+)\*([0-9A-Fa-f]{2})")
+BEFORE = {"IMU": 0, "MAR": 0, "YMR": 3, "QMR": 4}
+"""Numbers of an attitude before those of the sensors."""
+OF_VECTORNAV = [f"{role}{axis} ({unit})" for role, unit in (("m", "G"), ("a", "m/s2"), ("g", "rad/s")) for axis in "xyz"]
 UNIT = r"(?:rad|deg|°|m|g|uT|µT|dps)[^\s,|;:=\])]*(?:\s*\^?s[^\s,|;:=\])]*)?"
 TRIPLE = re.compile(
     rf"([A-Za-z][\w ]{{0,30}}?)\s*(?:\(([^()]{{1,10}})\))?\s*(?:[:=]\s*[\[(<]?|[\[(<])\s*({NUMBER})\s*[,;\t ]\s*({NUMBER})\s*[,;\t ]\s*"
@@ -93,6 +100,8 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     """Numbers by the names of columns that they would have, and whether one of these is more than a time."""
     stamp = STAMP.match(line)
     body = line[stamp.end() :] if stamp else line
+    if sentence := VECTORNAV.match(body):
+        return _of_vectornav(sentence)
     if counted := COUNTS.match(body):
         numbers = [float(text) for text in re.findall(NUMBER, counted.group(1))]
         return {f"{'agm'[i // 3]}{'xyz'[i % 3]} (LSB)": number for i, number in enumerate(numbers)}, True
@@ -102,6 +111,16 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     found |= _triples(body, unit) | _named_numbers(TRIPLE.sub("", body), PREFIX.match(body), unit)
     roles = {name: column.role for name in found if (column := column_of(name, 0)) is not None}
     return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
+
+
+def _of_vectornav(sentence: re.Match[str]) -> tuple[dict[str, float], bool]:
+    """Field, force and rate, where the checksum is right; the time that a logger wrote before them."""
+    logged, body, kind, checksum = sentence.groups()
+    numbers = body.split(",")[1 + BEFORE[kind] :]
+    if reduce(xor, body.encode(), 0) != int(checksum, 16) or len(numbers) < len(OF_VECTORNAV):
+        return {}, False
+    time = {"time": float(logged)} if logged else {}
+    return time | dict(zip(OF_VECTORNAV, map(float, numbers))), True
 
 
 def _with_unit(name: str, unit: str) -> str:

@@ -20,7 +20,17 @@ from hnav.io.aids import AidSamples
 from hnav.io.readers.aids import NO_POSITIONS, aids_and_notes
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, fixes_of, number_of
 from hnav.io.readers.clock import mended, unit_by_size
-from hnav.io.readers.columns import FRACTION, GRAVITY, OWN_TIMES, QUANTITY_OF, Column, column_of, columns_of, with_unit
+from hnav.io.readers.columns import (
+    FRACTION,
+    GRAVITY,
+    OWN_TIMES,
+    QUANTITY_OF,
+    Column,
+    column_of,
+    columns_of,
+    sensor_like,
+    with_unit,
+)
 from hnav.io.readers.instants import is_instant, seconds_of
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
@@ -165,7 +175,8 @@ def _has(shown: str, table: Table, sensor: str, wishes: Wishes) -> bool:
     there = any(role in table.columns for role in roles)
     if there or sensor == "mag":
         return there
-    if any(column.aids for column in table.columns.values()) and not any(role in table.columns for role in NEEDED_OF_HOUSE[1:]):
+    is_inertial = any(role in table.columns for role in NEEDED_OF_HOUSE[1:]) or {"gyro", "accel"} & {*_unread(table).values()}
+    if any(column.aids for column in table.columns.values()) and not is_inertial:
         alone(shown, wishes)
     raise RecordingError(missing_column(shown, table, *roles))
 
@@ -287,7 +298,7 @@ def missing_column(shown: str, table: Table, *roles: str) -> str:
     """What to say of columns that were not found: those that the file has, and a line to copy that names them in order."""
     names = [name.strip() for name in table.layout.names]
     at = f"{at_header(shown, table.layout)}: the column {roles[0]} is missing; the file has {_listed(names, SHOWN_COLUMNS)}"
-    free = [name for _, name in _without_role(names, table.columns)]
+    free = _unread(table)
     if len(roles) == len("xyz") and table.columns and not free:
         return f"{at}, and nothing of the {QUANTITY_OF[roles[0][0]]}: record gyroscope and accelerometer together"
     proposed = _proposed(free, roles) or ["NAME"]
@@ -300,13 +311,21 @@ def _listed(names: Sequence[str], most: int) -> str:
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def _proposed(free: Sequence[str], roles: Sequence[str]) -> Sequence[str]:
+def _unread(table: Table) -> dict[str, str | None]:
+    """Names of the columns without a role, and the sensor that each may be of."""
+    units = dict(enumerate(table.layout.units))
+    return {name: sensor_like(name, units.get(place, "")) for place, name in _without_role(table.layout.names, table.columns)}
+
+
+def _proposed(free: Mapping[str, str | None], roles: Sequence[str]) -> Sequence[str]:
     """Which of the columns without a role may have these, in their order."""
     if roles == ("t_s",):
         return [name for name in free if OF_TIME.search(name)]
-    free = [name for name in free if not OF_TIME.search(name) and not OF_ROWS.fullmatch(name)]
-    by_axis = [name for role in roles for name in free if re.search(rf"(?<![a-z]){role[1]}(?![a-z])", name.lower())]
-    return by_axis if len(by_axis) == len(roles) else free
+    sensor = QUANTITY_OF[roles[0][0]]
+    wanted = {sensor} if sensor in free.values() else {None}
+    named = [name for name, like in free.items() if like in wanted and not OF_TIME.search(name) and not OF_ROWS.fullmatch(name)]
+    by_axis = [next((name for name in named if re.search(rf"(?<![a-z]){role[1]}(?![a-z])", name.lower())), "") for role in roles]
+    return by_axis if all(by_axis) else named
 
 
 def say_places(names: Sequence[object]) -> str:

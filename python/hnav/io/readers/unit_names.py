@@ -59,9 +59,14 @@ def spelled_unit(quantity: str, text: str) -> str | None:
     squeezed = unicodedata.normalize("NFKC", text.translate(SYMBOLS)).translate(SYMBOLS).casefold().translate(LEFT_AWAY)
     if found := SPELLED[quantity].get(squeezed):
         return found
+    return SPELLED[quantity].get(abbreviated(squeezed))
+
+
+def abbreviated(text: str) -> str:
+    """Words of units in lower case as their signs: meters/sec is m/s."""
     for pattern, short in WORDS:
-        squeezed = pattern.sub(short, squeezed)
-    return SPELLED[quantity].get(squeezed)
+        text = pattern.sub(short, text)
+    return text
 
 
 def asked_unit(quantity: str, text: str) -> str | None:
