@@ -159,6 +159,8 @@ def test_errors_name_the_thing_and_the_object_goes_on():
     with pytest.raises(hnav.HnavValueError, match="these are options of ahrs"):
         hnav.Ins(hnav.Options("ahrs"))
     assert isinstance(hnav.Filter(hnav.Options("ins")), hnav.Ins)
+    aids = hnav.Aids().pressure([1.5, 2], [1e5, 1e5], 10).velocity([1, 3], np.zeros((2, 3)), 0.1)
+    assert repr(aids) == "Aids(2 pressure, 2 velocity; 1 to 3 s)" and repr(hnav.Aids()) == "Aids()"
     assert repr(hnav.Ins("tactical", horizon_s=0.2)) == "Ins(Options('ins', 'tactical', horizon_s=0.2))"
 
 

@@ -268,6 +268,7 @@ def test_sentences_of_a_receiver(tmp_path):
     np.testing.assert_allclose(aids["position"].values[:, 2], PLACE_DEG[:, 2])
     np.testing.assert_allclose(aids["velocity"].values[:, :2], VELOCITY[:, :2], atol=1e-5)
     np.testing.assert_allclose(aids["position"].sigma, [[3, 3, 4.5]] * 3)
+    assert repr(aids["position"]).startswith("AidSamples(3 of 3 numbers; 17076096")
     with pytest.raises(RecordingError, match="satellites alone.*--gnss"):
         read(path)
     # A logger's own time, before each sentence.

@@ -32,6 +32,11 @@ class Aids:
     _parts: list[tuple[Array, Array, int, Array]] = field(default_factory=list)
     """What was added, call by call: times of validity and of arrival, sensor, values."""
 
+    def __repr__(self) -> str:
+        t, _, sensor, _ = self.arrays()
+        counts = [f"{(sensor == place).sum()} {kind}" for place, kind in enumerate(SENSORS) if (sensor == place).any()]
+        return f"Aids({', '.join(counts)}; {t.min():.10g} to {t.max():.10g} s)" if counts else "Aids()"
+
     def position(
         self, t_s: npt.ArrayLike, latitude_rad: npt.ArrayLike, longitude_rad: npt.ArrayLike, height_m: npt.ArrayLike,
         sigma_n_m: npt.ArrayLike, received_s: npt.ArrayLike | None = None,

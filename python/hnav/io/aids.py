@@ -33,6 +33,10 @@ class AidSamples:
     above_sea: bool = False
     """Of positions: the file states that some heights are above sea level, and not how high the geoid is there."""
 
+    def __repr__(self) -> str:
+        span = f"; {self.t_s.min():.10g} to {self.t_s.max():.10g} s" if len(self.t_s) else ""
+        return f"AidSamples({len(self.t_s)} of {self.values.shape[1]} numbers{span})"
+
     @property
     def arrived_s(self) -> np.ndarray:
         """m: when each arrived."""
