@@ -43,6 +43,19 @@ def test_formats(text):
     assert lines.counts["rows"] == 1 and lines.counts["no sample"] == 0
 
 
+def test_sentences_of_vectornav():
+    """Field in gauss, force, rate; one whose checksum is wrong is no sample."""
+    sentence = "$VNMAR,+0.2500,-0.1000,+0.4000,+0.100,-0.200,-9.800,+0.010000,-0.020000,+0.030000*6F\r\n"
+    expected = [0.01, -0.02, 0.03, 0.1, -0.2, -9.8, 2.5e-5, -1e-5, 4e-5]
+    rows, lines = taken(sentence, sentence.replace("9.8", "8.8"), sentence, rate_hz=40.0)
+    np.testing.assert_allclose(rows, [[0, *expected], [0.025, *expected]])
+    assert lines.counts["no sample"] == 1
+    rows, _ = taken(f"7.5 {sentence}7.6 {sentence}")
+    np.testing.assert_allclose(rows, [[7.5, *expected], [7.6, *expected]])
+    with pytest.raises(RecordingError, match="the column t_s is missing.*or give rate_hz"):
+        taken(sentence)
+
+
 def test_numbers_without_a_header():
     rows, lines = taken("0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n")
     assert rows[1, 0] == 0.01 and "no header: taken for t,gx,gy,gz,ax,ay,az in SI units" in lines.notes

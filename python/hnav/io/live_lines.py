@@ -27,6 +27,7 @@ from hnav.io.readers.columns import Column, columns_of
 from hnav.io.readers.layout import Layout
 from hnav.io.readers.long_tables import is_sensor, plan_of_long
 from hnav.io.readers.nmea import LIVE_COLUMNS, Sentences
+from hnav.io.readers.serial_text import of_vectornav
 from hnav.io.readers.streams import Wishes, turned
 from hnav.io.readers.tables import Table, missing_column, stream_of
 from hnav.io.readers.trees import AXES, KINDS, flattened
@@ -215,6 +216,8 @@ class LiveLines:
             if text.startswith("{"):
                 values = _by_sensor(dict(flattened(json.loads(text))))
                 return tuple(values), tuple(values.values())
+            if (sentence := of_vectornav(text)) is not None:
+                return tuple(sentence), tuple(sentence.values())
             if self._sentences and (cells := self._sentences.cells(text)) is not None:
                 self.counts["other sentences"] += not cells
                 return (LIVE_COLUMNS, cells) if cells else None

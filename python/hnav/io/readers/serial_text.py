@@ -100,8 +100,8 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     """Numbers by the names of columns that they would have, and whether one of these is more than a time."""
     stamp = STAMP.match(line)
     body = line[stamp.end() :] if stamp else line
-    if sentence := VECTORNAV.match(body):
-        return _of_vectornav(sentence)
+    if (sentence := of_vectornav(body)) is not None:
+        return sentence, bool(sentence)
     if counted := COUNTS.match(body):
         numbers = [float(text) for text in re.findall(NUMBER, counted.group(1))]
         return {f"{'agm'[i // 3]}{'xyz'[i % 3]} (LSB)": number for i, number in enumerate(numbers)}, True
@@ -113,14 +113,17 @@ def _pairs(line: str) -> tuple[dict[str, float], bool]:
     return {name: found[name] for name in roles}, any(role != "t_s" for role in roles.values())
 
 
-def _of_vectornav(sentence: re.Match[str]) -> tuple[dict[str, float], bool]:
-    """Field, force and rate, where the checksum is right; the time that a logger wrote before them."""
+def of_vectornav(line: str) -> dict[str, float] | None:
+    """Field, force and rate of a sentence, by names of columns, and the time that a logger wrote before it; empty where the checksum is
+    wrong, None for another line."""
+    if (sentence := VECTORNAV.match(line)) is None:
+        return None
     logged, body, kind, checksum = sentence.groups()
     numbers = body.split(",")[1 + BEFORE[kind] :]
     if reduce(xor, body.encode(), 0) != int(checksum, 16) or len(numbers) < len(OF_VECTORNAV):
-        return {}, False
+        return {}
     time = {"time": float(logged)} if logged else {}
-    return time | dict(zip(OF_VECTORNAV, map(float, numbers))), True
+    return time | dict(zip(OF_VECTORNAV, map(float, numbers)))
 
 
 def _with_unit(name: str, unit: str) -> str:
