@@ -203,8 +203,18 @@ def ulog(folder: Path, r: Recording, more: dict[str, tuple[str, list[bytes]]] | 
     return path
 
 
-def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, int, float, float, float]] | None = None) -> Path:
-    """By rosbags: kind bag, db3 or mcap. A second, shorter topic of an inertial sensor is there too.
+ONE_IMU = {"/imu/data": (1.0, 1.0)}
+
+
+def bag(
+    folder: Path,
+    r: Recording,
+    kind: str = "bag",
+    fixes: list[tuple[float, int, float, float, float]] | None = None,
+    imus: dict[str, tuple[float, float]] = ONE_IMU,
+) -> Path:
+    """By rosbags: kind bag, db3 or mcap. A second, shorter topic of an inertial sensor is there too. imus: topics, and what their rates and
+    forces are multiplied by.
 
     fixes: of satellites, each time, status, latitude, longitude in deg, height; sigmas 2, 1, 3 m east, north, up."""
     from rosbags.rosbag1 import Writer as Writer1
@@ -222,7 +232,7 @@ def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, 
     plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
     with Writer1(path) if kind == "bag" else Writer2(path, version=9, storage_plugin=plugin) as writer:
         to = {name: writer.add_connection(name, kind.__msgtype__, typestore=store)
-              for name, kind in (("/imu/data", imu), ("/imu/other", imu), ("/imu/mag", mag))}  # fmt: skip
+              for name, kind in (*((topic, imu) for topic in imus), ("/imu/other", imu), ("/imu/mag", mag))}  # fmt: skip
 
         def headed(k: int, t: float) -> tuple[int, Any]:
             ns = EPOCH_NS + round(1e9 * t)
@@ -237,16 +247,10 @@ def bag(folder: Path, r: Recording, kind: str = "bag", fixes: list[tuple[float, 
             writer.write(to["/fix"], ns, serialize(message, fix.__msgtype__))
         for k, (t, rate, force, field) in enumerate(zip(r.t_s, r.rate_b_rad_s, r.force_b_m_s2, r.field_b_tesla)):
             ns, head = headed(k, t)
-            sample = imu(
-                head,
-                quaternion(0.0, 0.0, 0.0, 1.0),
-                np.zeros(9),
-                vector(*rate.tolist()),
-                np.zeros(9),
-                vector(*force.tolist()),
-                np.zeros(9),
-            )
-            writer.write(to["/imu/data"], ns + 3_000_000, serialize(sample, names[0]))
+            for topic, (of_rate, of_force) in imus.items():
+                vectors = vector(*(of_rate * rate).tolist()), vector(*(of_force * force).tolist())
+                sample = imu(head, quaternion(0.0, 0.0, 0.0, 1.0), np.zeros(9), vectors[0], np.zeros(9), vectors[1], np.zeros(9))
+                writer.write(to[topic], ns + 3_000_000, serialize(sample, names[0]))
             if k < 3:
                 writer.write(to["/imu/other"], ns, serialize(sample, names[0]))
             if np.isfinite(field).all():

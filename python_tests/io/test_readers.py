@@ -91,6 +91,16 @@ def test_bags_say_which_topics_were_taken(tmp_path, motion):
         read(path, columns={"imu": "/nowhere"})
 
 
+def test_gyroscope_and_accelerometer_may_have_topics_of_their_own(tmp_path, motion):
+    """As of a RealSense: in each the vector of the other sensor is zero."""
+    pytest.importorskip("rosbags")
+    apart = {"/camera/accel/sample": (0.0, 1.0), "/camera/gyro/sample": (1.0, 0.0)}
+    recording, whole = read(recorded.bag(tmp_path, motion, imus=apart)), read(recorded.bag(tmp_path, motion, "db3"))
+    assert recording.origin.notes == ("gyro: /camera/gyro/sample", "accel: /camera/accel/sample")
+    np.testing.assert_array_equal(recording.rate_b_rad_s, whole.rate_b_rad_s)
+    np.testing.assert_array_equal(recording.force_b_m_s2, whole.force_b_m_s2)
+
+
 def test_units_go_by_the_caller_then_the_header_then_the_format(tmp_path, motion):
     path = recorded.x_io(tmp_path, motion)
     by_header = read(path)

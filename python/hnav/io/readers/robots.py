@@ -153,7 +153,8 @@ def is_bag(path: Path, head: bytes) -> bool:
 
 
 def read_bag(path: Path, wishes: Wishes) -> Raw:
-    """The topics with most messages of Imu and MagneticField, or those that columns names. Raises RecordingError."""
+    """The topics with most messages of Imu and MagneticField, or those that columns names; of Imu the first that measures, where gyroscope
+    and accelerometer have topics of their own, as of a RealSense. Raises RecordingError."""
     library("rosbags", "logs", str(path))
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
@@ -161,54 +162,65 @@ def read_bag(path: Path, wishes: Wishes) -> Raw:
     bag = path.parent if path.suffix in (".db3", ".mcap") and (path.parent / "metadata.yaml").is_file() else path
     try:
         with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            imu, imu_notes = _topic(path, reader, IMU, wishes.columns.get("imu"))
-            mag, mag_notes = _topic(path, reader, MAG, wishes.columns.get("mag"))
-            fix, fix_notes = _topic(path, reader, FIX, wishes.columns.get("gnss"))
-            aids = _fixes(reader, fix) if fix else {}
-            if wishes.only_aids:
-                return Raw("rosbag", [], wishes.unit("time", by_format="s"), tuple(fix_notes), aids=aids, names=TOPICS)
-            if imu is None:
-                there = ", ".join(sorted(reader.topics)[:8]) or "none"
-                raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {there}")
-            found = {sensor: _vectors(reader, imu, name) for sensor, name in IMU_FIELDS.items()}
-            found |= {"mag": _vectors(reader, mag, "magnetic_field")} if mag else {}
+            return _read_topics(path, reader, wishes)
     except RecordingError:
         raise
     except Exception as error:  # the parser raises errors of any type for a damaged file
         raise cannot_be_read(path, error) from None
-    streams = [
-        Stream(sensor, t_s, values, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, (t_s, values) in found.items()
-    ]
-    notes = (*imu_notes, *mag_notes, *fix_notes)
-    return Raw("rosbag", streams, wishes.unit("time", by_format="s"), notes, aids=aids, names=TOPICS)
 
 
-def _topic(path: Path, reader: Any, kind: str, wanted: str | None) -> tuple[str | None, list[str]]:
-    """The name of a topic of this kind, and which others there are."""
+def _read_topics(path: Path, reader: Any, wishes: Wishes) -> Raw:
+    """Raises RecordingError for a bag without an inertial sensor."""
+    imus, mags, fixes = (_topics(path, reader, kind, wishes.columns.get(word)) for kind, word in WORDS.items())
+    aids, time_unit = _fixes(reader, fixes[0]) if fixes else {}, wishes.unit("time", by_format="s")
+    if wishes.only_aids:
+        return Raw("rosbag", [], time_unit, _not_taken(FIX, fixes), aids=aids, names=TOPICS)
+    if not imus:
+        raise RecordingError(f"{path}: has no topic of {IMU}; its topics: {', '.join(sorted(reader.topics)[:8]) or 'none'}")
+    taken = {sensor: _measuring(reader, imus, name) for sensor, name in IMU_FIELDS.items()}
+    found = {sensor: _vectors(reader, taken[sensor], name) for sensor, name in IMU_FIELDS.items()}
+    found |= {"mag": _vectors(reader, mags[0], "magnetic_field")} if mags else {}
+    streams = [Stream(sensor, *samples, wishes.unit(sensor, by_format=ROS_UNITS[sensor])) for sensor, samples in found.items()]
+    apart = tuple(f"{sensor}: {topic}" for sensor, topic in taken.items()) if len({*taken.values()}) > 1 else ()
+    notes = (*(apart or _not_taken(IMU, imus)), *_not_taken(MAG, mags), *_not_taken(FIX, fixes))
+    return Raw("rosbag", streams, time_unit, notes, aids=aids, names=TOPICS)
+
+
+def _topics(path: Path, reader: Any, kind: str, wanted: str | None) -> list[str]:
+    """The names of the topics of this kind, those with most messages first; only the wanted one, if there is one."""
     counts = {name: topic.msgcount for name, topic in reader.topics.items() if topic.msgtype == kind}
-    if wanted is not None:
-        if wanted not in counts:
-            raise RecordingError(
-                f"columns = {wanted}: {path} has no such topic of {kind}, but {', '.join(counts) or 'none'}", "columns"
-            )
-        return wanted, []
-    if not counts:
-        return None, []
-    best = max(counts, key=lambda name: counts[name])
-    others = sorted(set(counts) - {best})
-    word = WORDS[kind]
-    return best, [f"{word}: {best}, not {', '.join(others)} (choose by columns {word}=TOPIC)"] if others else []
+    if wanted is None:
+        return sorted(counts, key=lambda name: (-counts[name], name))
+    if wanted not in counts:
+        raise RecordingError(
+            f"columns = {wanted}: {path} has no such topic of {kind}, but {', '.join(counts) or 'none'}", "columns"
+        )
+    return [wanted]
+
+
+def _not_taken(kind: str, topics: list[str]) -> tuple[str, ...]:
+    """A note on all but the first topic."""
+    word, others = WORDS[kind], ", ".join(sorted(topics[1:]))
+    return (f"{word}: {topics[0]}, not {others} (choose by columns {word}=TOPIC)",) if others else ()
+
+
+def _measuring(reader: Any, topics: list[str], name: str) -> str:
+    """The first topic in which a vector is not zero; the first of all where there is none."""
+    return next((topic for topic in topics if any(any(row[1:]) for row in _all_vectors(reader, topic, name))), topics[0])
 
 
 def _vectors(reader: Any, topic: str, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times in s and vectors of the messages that have one: a covariance of -1 in an Imu says that there is none."""
-    rows = []
+    """Times in s (n) and vectors (n x 3)."""
+    table = np.array([*_all_vectors(reader, topic, name)], float).reshape(-1, 4)
+    return table[:, 0], np.ascontiguousarray(table[:, 1:])
+
+
+def _all_vectors(reader: Any, topic: str, name: str) -> Iterator[tuple[float, ...]]:
+    """Time and vector of the messages that have one: a covariance of -1 in an Imu says that there is none."""
     for t_s, message in _messages(reader, topic):
         if name not in IMU_FIELDS.values() or getattr(message, f"{name}_covariance")[0] != -1:
             vector = getattr(message, name)
-            rows.append((t_s, vector.x, vector.y, vector.z))
-    table = np.array(rows, float).reshape(-1, 4)
-    return table[:, 0], np.ascontiguousarray(table[:, 1:])
+            yield t_s, vector.x, vector.y, vector.z
 
 
 def _messages(reader: Any, topic: str) -> Iterator[tuple[float, Any]]:
