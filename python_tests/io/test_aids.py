@@ -69,6 +69,9 @@ def test_columns_are_known_by_their_usual_names(tmp_path, motion, header):
     ("lat_1e7", "lat_deg", "1e7deg"), ("airspeed_m_s", None, None), ("velocity", None, None), ("heading", None, None), ("vx", None, None),
     ("temperature", None, None), ("antenna_heading_rad", "antenna_heading_deg", "rad"), ("relPosHeading_deg", "antenna_heading_deg", "deg"),
     ("accHeading", "sigma_heading_deg", None), ("locationLatitude(WGS84)", "lat_deg", None), ("hMSL_mm", "alt_m", "mm"),
+    ("SDNorth (m)", "sigma_n", "m"), ("EAST SD", "sigma_e", None), ("latitudeStd(m)", "sigma_n", "m"), ("H-Ell (m)", "alt_m", "m"),
+    ("altitude_above_seaLevel(feet)", "alt_m", "ft"), ("longitude_decimal_degree", "lon_deg", "deg"), ("GPS(0):Lat[degrees]", "lat_deg", "deg"),
+    ("GPS(0):velN[meters/Sec]", "vn", "m/s"), ("ellipsoidal_height_m", "alt_m", "m"), ("track", None, None),
 ])  # fmt: skip
 def test_what_a_name_means(name, role, unit):
     found = aid_column(name)
@@ -97,6 +100,46 @@ def test_headings_of_two_antennas_have_the_sigmas_of_their_rows(tmp_path, motion
     np.testing.assert_allclose(heading.sigma[:, 0], [np.radians(0.3), np.nan])
     value = aids_of({"heading": heading}).arrays()[3]
     np.testing.assert_allclose(value[:, :2], [[np.radians(350), np.radians(0.3)], [np.radians(20), 0.02]])
+
+
+INERTIAL_EXPLORER = """Project:     Drive1
+Datum:       WGS84, (processing datum)
+
+   Week    GPSTime       Latitude      Longitude   H-Ell  SDNorth  SDEast  SDHeight  VNorth  VEast    VUp  Q
+(weeks)      (sec)          (deg)          (deg)     (m)      (m)     (m)       (m)   (m/s)  (m/s)  (m/s)
+"""
+
+
+def test_a_trajectory_with_units_under_its_names_and_a_sigma_of_each_axis(tmp_path):
+    path = tmp_path / "drive.txt"
+    row = "   2300  {:.3f}  48.0000000000  11.0000000000  500.1  0.01  0.02  0.03  1.5  -2.5  0.1  1\n"
+    path.write_text(INERTIAL_EXPLORER + "".join(row.format(345600 + k) for k in range(9)))
+    aids = read_aids(path)
+    np.testing.assert_array_equal(aids["position"].t_s, 345600 + np.arange(9))
+    np.testing.assert_allclose(np.degrees(aids["position"].values[0, :2]), [48, 11])
+    np.testing.assert_allclose(aids["position"].sigma[0], [0.01, 0.02, 0.03])
+    np.testing.assert_allclose(aids["velocity"].values[0], [1.5, -2.5, -0.1])
+
+
+def test_a_report_of_gpsd_has_a_velocity_by_its_track_and_a_height_above_the_ellipsoid(tmp_path):
+    path = tmp_path / "gpsd.json"
+    report = '{"class":"TPV","time":"2026-03-04T12:00:%02d.000Z","lat":48,"lon":11,"altHAE":500,"altMSL":455,"track":90,"speed":2,"epv":6}\n'
+    path.write_text("".join(report % k for k in range(9)))
+    aids = read_aids(path)
+    np.testing.assert_allclose(aids["velocity"].values[:, :2], np.tile([0, 2], (9, 1)), atol=1e-12)
+    assert (aids["position"].values[:, 2] == 500).all() and not aids["position"].above_sea
+
+
+def test_a_file_of_places_without_a_height_is_answered_by_what_lacks(tmp_path):
+    path = tmp_path / "ride.csv"
+    path.write_text("time,latitude,longitude\n" + "".join(f"{k},48,11\n" for k in range(9)))
+    with pytest.raises(RecordingError, match="positions were left out: lat_deg, lon_deg without alt_m; no position"):
+        read_aids(path)
+    path.write_text("".join(f"{k},48,11,500,1,2,0\n" for k in range(9)))
+    with pytest.raises(
+        RecordingError, match="must name the columns t_s,lat_deg.*say their places, such as columns t_s=1,lat_deg=2"
+    ):
+        read_aids(path)
 
 
 def test_speed_and_course_are_a_velocity_and_no_fix_is_none(tmp_path, motion):

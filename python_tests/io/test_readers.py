@@ -408,6 +408,26 @@ def test_times_are_spans_with_their_unit(tmp_path, motion, spelled, per_s):
         Recording.from_dataframe(frame)
 
 
+@pytest.mark.parametrize(
+    "of_day, of_clock", [("%Y-%m-%d", "%H:%M:%S.%f"), ("%d.%m.%Y", "%H:%M:%S.%f"), ("%m/%d/%Y", "%I:%M:%S.%f %p")]
+)
+@pytest.mark.parametrize("first", ["Date", "Time"])
+def test_a_date_in_a_column_of_its_own_is_that_of_the_times(tmp_path, motion, of_day, of_clock, first):
+    """Over midnight; beside times that have a date, or are numbers, it is none."""
+    instants = pd.Timestamp("2026-03-14 23:59:55") + pd.to_timedelta(motion.t_s, unit="s")
+    frame = motion.to_dataframe().reset_index(drop=True)
+    frame.insert(0, "Date", instants.strftime(of_day))
+    frame.insert(1 if first == "Date" else 0, "Time", instants.strftime(of_clock))
+    frame.to_csv(tmp_path / "imu.csv", sep=";", index=False)
+    begin_s = pd.Timestamp("2026-03-14 23:59:55").timestamp()
+    for table in (read(tmp_path / "imu.csv"), Recording.from_dataframe(frame)):
+        np.testing.assert_allclose(table.t_s - begin_s, motion.t_s, atol=1e-6)
+    for times in (instants.strftime("%Y-%m-%dT%H:%M:%S.%f"), motion.t_s):
+        np.testing.assert_allclose(
+            np.diff(Recording.from_dataframe(frame.assign(Time=times)).t_s), np.diff(motion.t_s), atol=1e-6
+        )
+
+
 @pytest.mark.parametrize("names", [("header.stamp.secs", "header.stamp.nsecs"), ("sec", "nanosec"), ("stamp_s", "stamp_ns")])
 def test_nanoseconds_beside_whole_seconds_are_their_fraction(tmp_path, motion, names):
     """As sensor_msgs/Imu is exported from bags: the whole seconds alone do not increase."""

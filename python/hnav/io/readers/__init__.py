@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hnav.io.aids import AidsOfFile
-from hnav.io.readers.aids import NO_POSITIONS
+from hnav.io.readers.aids import LEFT_OUT, NO_POSITIONS
 from hnav.io.readers.clock import DAMAGED, MENDED, ORDERED
 from hnav.io.readers.formats import FORMATS, reader_of
 from hnav.io.readers.streams import Raw, Wishes, aids_of, recording_of, refuse_unused_names
@@ -86,8 +86,9 @@ def read_aids(
     inferred = (f"times in {raw.time_unit}",) if raw.time_unit.is_inferred else ()
     found.notes = tuple(note if note.startswith(warned) else f"{path.name}: {note}" for note in (*inferred, *raw.notes))
     if not found:
+        left_out = next((f"{note}; " for note in raw.notes if note.startswith(tuple(LEFT_OUT.values()))), "")
         raise RecordingError(
-            f"{path}: no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
+            f"{path}: {left_out}no position (lat_deg, lon_deg, alt_m), velocity (vn, ve, vd), pressure (pressure_pa), speed (speed_m_s) "
             "or heading (antenna_heading_deg): name its columns by columns lat_deg=NAME"
         )
     return found

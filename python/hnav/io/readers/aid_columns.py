@@ -9,7 +9,7 @@ from hnav.io.readers.unit_names import abbreviated, words_in, words_of
 
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
-    "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_vel": "velocity",
+    "ground_speed": "velocity", "course_deg": "angle", "sigma_h": "length", "sigma_v": "length", "sigma_n": "length", "sigma_e": "length", "sigma_vel": "velocity",
     "pressure_pa": "pressure", "speed_m_s": "velocity", "antenna_heading_deg": "angle",
     "sigma_heading_deg": "angle", "received_s": "time", "fix_type": "fix", "fix_quality": "fix", "fix_status": "fix",
     "variance_e": "variance", "variance_n": "variance", "variance_u": "variance", "variance_type": "fix",
@@ -28,7 +28,7 @@ PER = {
 """Units of each quantity as factors to the first, which is assumed unless the name states another."""
 
 _SPELLED = {
-    "angle": {"deg": "deg degree degrees d", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7 1e7deg 1e-7deg",
+    "angle": {"deg": "deg degree degrees d decimaldegree decimaldegrees", "rad": "rad radian radians r", "1e7deg": "1e7 e7 degx1e7 1e7deg 1e-7deg",
               "1e5deg": "1e5 e5 degx1e5 1e5deg 1e-5deg"},
     "length": {"m": "m meter meters metre metres", "mm": "mm", "cm": "cm", "km": "km", "ft": "ft feet"},
     "velocity": {"m/s": "m/s ms mps mpersec ms-1", "mm/s": "mm/s mms", "cm/s": "cm/s cms", "km/h": "km/h kmh kph kmph",
@@ -44,7 +44,7 @@ _UNITS = {
 _NAMES = {
     "lat_deg": "lat latit latitude",
     "lon_deg": "lon lng long longitude",
-    "alt_m": "alt altitude height hgt altwgs84 altitudewgs84 heightwgs84 ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid elevation ele hmsl altitudemsl heightmsl altmsl",
+    "alt_m": "alt altitude height hgt altwgs84 altitudewgs84 heightwgs84 ellipsoidheight heightellipsoid altellipsoid altitudeellipsoid ellipsoidalheight hell althae heighthae hae elevation ele hmsl altitudemsl heightmsl altmsl altitudesealevel",
     "vn": "vn vnorth northv velocityn velocitynorth veln velnorth northvelocity speednorth northspeed vnorthing",
     "ve": "ve veast eastv velocitye velocityeast vele veleast eastvelocity speedeast eastspeed",
     "vd": "vd vdown downv velocityd velocitydown veld veldown downvelocity speeddown downspeed",
@@ -52,7 +52,9 @@ _NAMES = {
     "ground_speed": "speed groundspeed speedoverground sog velocity vel gspeed",
     "course_deg": "course bearing direction track courseoverground cog groundcourse headmot",
     "sigma_h": "sigmah hacc hacuracy horizontalaccuracy haccuracy eph sigmahorizontal stdh hsigma accuracy",
-    "sigma_v": "sigmav vacc verticalaccuracy vaccuracy epv sigmavertical stdv vsigma",
+    "sigma_v": "sigmav vacc verticalaccuracy vaccuracy epv sigmavertical stdv vsigma sdheight heightsd altitudestd stdaltitude sdu",
+    "sigma_n": "sigman sdnorth northsd latitudestd stdlatitude sdn",
+    "sigma_e": "sigmae sdeast eastsd longitudestd stdlongitude sde",
     "sigma_vel": "sigmavel sacc speedaccuracy velocityaccuracy velacc sigmavelocity stdvel",
     "pressure_pa": "pressure staticpressure baro barometer barometricpressure baropressure pres press airpressure atmosphericpressure",
     "speed_m_s": "wheelspeed odospeed odometerspeed vehiclespeed wheelvelocity odometry speedwheel",
@@ -75,7 +77,7 @@ _FILLERS = words_of("above gps gnss fix satellite satellites nav pos position lo
 # These names alone are too short, or too common, to identify a column.
 _ONLY_WITH_UNIT_OR_FILLER = words_of("velocity vel accuracy odometry track direction height long ele press baro")
 ABOVE_SEA = re.compile("msl|egm96|sea.?level|geoid|orthometric", re.IGNORECASE)
-ABOVE_ELLIPSOID = re.compile("wgs.?84|ellips", re.IGNORECASE)
+ABOVE_ELLIPSOID = re.compile("wgs.?84|ellips|hae", re.IGNORECASE)
 """Names of heights that state what they are above."""
 _DATUMS = {"wgs84", "egm96", "msl", "ellipsoid"}
 """What brackets may hold beside a unit."""

@@ -17,8 +17,8 @@ PLACE = ("lat_deg", "lon_deg", "alt_m")
 # Smallest medians that are read as Pa and as hPa where the column name states no unit; smaller ones are kPa.
 SMALLEST_PA, SMALLEST_HPA = 2000.0, 200.0
 
-SIGMAS, BY_VARIANCES = ("sigma_h", "sigma_h", "sigma_v"), ("sigma_n", "sigma_e", "sigma_u")
-"""Sigmas of a place, north, east and vertical: as stated, and from variances."""
+SIGMAS = ("sigma_n", "sigma_e", "sigma_v")
+"""Of a place."""
 OF_FIXES = {*PLACE, "vn", "ve", "vd", "ground_speed", "course_deg"}
 """Roles whose values a row without a fix has not measured."""
 
@@ -47,8 +47,6 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
     if "sigma_heading_deg" in given:
         given["sigma_heading_rad"] = np.radians(given["sigma_heading_deg"])
     sigmas = {"position": SIGMAS, "velocity": 3 * ("sigma_vel",), "heading": ("sigma_heading_rad",)}
-    if not given.keys() & {*SIGMAS}:
-        sigmas["position"] = BY_VARIANCES
     nothing = np.full(len(t_s), np.nan)
     samples = {}
     for kind, read in found.items():
@@ -61,16 +59,17 @@ def aids_in(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], t_s
 
 def _given(columns: Mapping[str, Column], values: Mapping[str, np.ndarray], rows: int) -> dict[str, np.ndarray]:
     """Values of aiding columns by role, in the first units of their quantities; NaN where they are those of a fix that a row has not. With
-    BY_VARIANCES where variances are known."""
+    SIGMAS where these, a horizontal one or variances are known."""
     given = {role: column.factor * values[role] for role, column in columns.items() if column.aids and role != "received_s"}
     lost = without_fix(values, rows)
     for role in OF_FIXES & given.keys():
         given[role] = np.where(lost, np.nan, given[role])
-    for name in BY_VARIANCES:
-        variance = given.get(f"variance_{name[-1]}")
-        if variance is not None:
-            known = (given.get("variance_type", np.ones(rows)) > 0) & (variance > 0)
-            given[name] = np.sqrt(np.where(known, variance, np.nan))
+    if not given.keys() & {"sigma_h", *SIGMAS}:
+        known = given.get("variance_type", np.ones(rows)) > 0
+        variances = [given.get(f"variance_{axis}", np.full(rows, np.nan)) for axis in "neu"]
+        given |= {name: np.sqrt(np.where(known & (of_axis > 0), of_axis, np.nan)) for name, of_axis in zip(SIGMAS, variances)}
+    if "sigma_h" in given:
+        given = {"sigma_n": given["sigma_h"], "sigma_e": given["sigma_h"], **given}
     return given
 
 

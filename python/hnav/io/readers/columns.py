@@ -57,7 +57,7 @@ TIME_STEMS = words_of(
     "t time utime timestamp timestamps ts itow datetime date clock epoch elapsed stamp loggingtime sampletime zeit zeitstempel temps tiempo tempo"
 )
 TIME_FILLERS = words_of(
-    "sample sensor log logging rtc unix system startup boot reboot offset in gps i tow elapsed utc relative since start header of app recording cal sync formatted"
+    "sample sensor log logging rtc unix system startup boot reboot offset in gps i tow elapsed utc relative since start header of app recording cal sync formatted decimal"
 )
 
 CLOCKS = words_of("rtc unix tow elapsed utc startup boot reboot")
@@ -69,6 +69,10 @@ OWN_TIMES = {"gyro": "t_g", "accel": "t_a", "mag": "t_m"}
 """Roles of the times of one sensor, in a table whose sensors have their own."""
 FRACTION = "t_ns"
 """Role of the nanoseconds of times whose whole seconds have a column of their own."""
+DAY = "t_day"
+"""Role of the date of times of a clock."""
+OF_A_DATE = 2
+"""The rank of a date alone."""
 LAST_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*")
 """IMU_ATTI(0):accelX[meters/Sec2], Accelerometer (z) [m/(s^2)]: what stands before is of the name."""
 OF_A_SENSOR = 3
@@ -168,7 +172,7 @@ def _time_column(tokens: list[str], unit: str, name: str, place: int) -> Column 
 
 def _rank_of_time(tokens: list[str], named: list[str], unit: str | None) -> int:
     """A date alone is not used as the time beside another column of times, nor is UTC beside the clock of a logger, as time_utc_usec of PX4."""
-    return 2 if named == ["date"] else 0 if unit and "utc" not in tokens else 1
+    return OF_A_DATE if named == ["date"] else 0 if unit and "utc" not in tokens else 1
 
 
 def _without_unit(tokens: list[str]) -> tuple[list[str], str | None]:
@@ -288,7 +292,8 @@ def columns_of(names: Sequence[str], given: Mapping[str, str], shown: str, senso
         if len(twins) > 1 and role not in given and role != "t_s" and role not in ROLES:
             raise _ambiguous(shown, role, *twins[:2])
         chosen[role] = twins[0]
-    chosen |= {} if "t_s" in given else _own_times(chosen, found.get("t_s", [])) | _fraction(chosen, found.get("t_s", []))
+    times = found.get("t_s", [])
+    chosen |= {} if "t_s" in given else _own_times(chosen, times) | _fraction(chosen, times) | _day(chosen, times)
     for role, name in given.items():
         if role in CSV_COLUMNS or role in ROLES:
             chosen[role] = _named(names, role, name, shown)
@@ -329,6 +334,12 @@ def _fraction(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str
     return {FRACTION: replace(found[0], role=FRACTION)} if found else {}
 
 
+def _day(chosen: Mapping[str, Column], times: Sequence[Column]) -> dict[str, Column]:
+    """A column of dates beside that of the times: it counts where these are of a clock."""
+    dates = [column for column in times if column.rank == OF_A_DATE]
+    return {DAY: replace(dates[0], role=DAY)} if dates and chosen["t_s"].rank < OF_A_DATE else {}
+
+
 def _all_candidates(names: Sequence[str], sensor: str | None) -> dict[str, list[Column]]:
     """The candidate columns of each role, by the names as they are, without what all begin with, or of a group that is whole by itself."""
     found = _candidates(names, _with_axes(names), sensor)
@@ -349,14 +360,17 @@ def _candidates(names: Sequence[str], read: Sequence[str], sensor: str | None) -
     if not MINUTES.isdisjoint(name.strip().lower() for name in read):  # beside them, sec is a part of an instant
         found["t_s"] = [column for column in found.get("t_s", []) if column.name.strip().lower() not in SECONDS]
     if {"lat_deg", "lon_deg"} <= found.keys() and all(ABOVE_SEA.search(column.name) for column in found.get("alt_m", [])):
-        found["alt_m"] = [*_plain_heights(names, read), *found.get("alt_m", [])]
+        found["alt_m"] = [*_of_satellites(names, read, "alt_m"), *found.get("alt_m", [])]
+    if {"lat_deg", "lon_deg", "ground_speed"} <= found.keys() and "course_deg" not in found:
+        found["course_deg"] = _of_satellites(names, read, "course_deg")
     return {role: columns for role, columns in found.items() if columns}
 
 
-def _plain_heights(names: Sequence[str], read: Sequence[str]) -> list[Column]:
-    """Columns that are the height of a place beside them; where another is above the sea, they are above the ellipsoid."""
-    heights = ((place, column_of(f"gps {text}", place)) for place, text in enumerate(read))
-    return [replace(column, name=names[place]) for place, column in heights if column and column.role == "alt_m"]
+def _of_satellites(names: Sequence[str], read: Sequence[str], role: str) -> list[Column]:
+    """Columns of this role beside a place, whose names are too common elsewhere: a height, above the ellipsoid where another is above the
+    sea, and the track of gpsd."""
+    columns = ((place, column_of(f"gps {text}", place)) for place, text in enumerate(read))
+    return [replace(column, name=names[place]) for place, column in columns if column and column.role == role]
 
 
 def _with_axes(names: Sequence[str]) -> Sequence[str]:

@@ -31,6 +31,16 @@ def is_instant(cell: str) -> bool:
     return re.search(CLOCK, cell) is not None or DATE.search(cell) is not None or bool(span and spelled_unit("time", span[2]))
 
 
+def is_day_of(time: str, day: str) -> bool:
+    """Whether a time is one of a clock, without a date, and the cell beside it is a date."""
+    return re.search(CLOCK, time) is not None and DATE.search(time) is None and DATE.search(day) is not None
+
+
+def with_day(times: pd.Series[Any], days: pd.Series[Any]) -> pd.Series[Any]:
+    """The instants of times of a clock; none where one of both is missing. A day may have a midnight behind it."""
+    return days.astype("string").str.extract(rf"({DATE.pattern})")[0] + " " + times.astype("string")
+
+
 def seconds_of(at: str, name: str, cells: np.ndarray) -> np.ndarray:
     """Instants in s since 1970 in UTC, times of day since the first midnight, or spans in s. Raises RecordingError."""
     import pandas as pd

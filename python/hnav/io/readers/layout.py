@@ -95,8 +95,12 @@ def _cells(shown: str, line: str, delimiter: str) -> list[str]:
 
 
 def _fits(names: list[str], below: list[str]) -> bool:
-    """Whether the line below has a number or a time for each name; otherwise the header is prose with words like names."""
-    cells = next((line.split() for line in below if line.strip()), [])
+    """Whether the line below, perhaps one of units between, has a number or a time for each name; otherwise the header is prose with words
+    like names."""
+    rows = (line.split() for line in below if line.strip())
+    cells = next(rows, [])
+    if any(map(is_unit, cells)):
+        cells = next(rows, [])
     return len(cells) == len(names) and all(is_number(cell) or is_instant(cell) for cell in cells)
 
 
@@ -121,7 +125,8 @@ def _units_under(shown: str, layout: Layout, lines: list[str]) -> list[str]:
     """The cells of the line under the header, where they are words, no more than columns, and one is a unit."""
     if layout.line < 0 or layout.line + 1 >= len(lines):
         return []
-    cells = _cells(shown, lines[layout.line + 1], layout.delimiter)
+    under = lines[layout.line + 1]
+    cells = under.split() if layout.delimiter == BLANKS else _cells(shown, under, layout.delimiter)
     words = [cell for cell in cells if cell.strip()]
     if any(map(is_number, words)) or len(without_empty_end(cells)) > len(layout.names):
         return []

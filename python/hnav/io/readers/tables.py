@@ -21,6 +21,7 @@ from hnav.io.readers.aids import NO_POSITIONS, aids_and_notes
 from hnav.io.readers.cells import BLANKS, MISSING, decimal_mark, fixes_of, number_of
 from hnav.io.readers.clock import mended, unit_by_size
 from hnav.io.readers.columns import (
+    DAY,
     FRACTION,
     GRAVITY,
     OWN_TIMES,
@@ -31,7 +32,7 @@ from hnav.io.readers.columns import (
     sensor_like,
     with_unit,
 )
-from hnav.io.readers.instants import is_instant, seconds_of
+from hnav.io.readers.instants import is_day_of, is_instant, seconds_of, with_day
 from hnav.io.readers.layout import Layout, at_header, layout_of, rows_of, without_empty_end
 from hnav.io.readers.row_order import by_time, only_unordered
 from hnav.io.readers.streams import BY_RATE, CUT_OFF, Raw, Stream, Wishes, alone, cannot_be_read, library
@@ -97,7 +98,7 @@ class Plan:
     @property
     def texts(self) -> set[int]:
         """Places of the columns whose cells may be no numbers."""
-        times = self.times if self.instants else []
+        times = [*self.times, *([self.columns[DAY]] if DAY in self.columns else [])] if self.instants else []
         return {column.place for column in (*times, *(column for column in self.columns.values() if column.of_fix))}
 
     @property
@@ -328,12 +329,13 @@ def _proposed(free: Mapping[str, str | None], roles: Sequence[str]) -> Sequence[
     return by_axis if all(by_axis) else named
 
 
-def say_places(names: Sequence[object]) -> str:
-    """How to name columns that are only numbered: t_s=1,gx=2 ...; six or nine are without times. Of fewer, or named ones, nothing."""
+def say_places(names: Sequence[object], known: Sequence[str] = CSV_COLUMNS) -> str:
+    """How to name columns that are only numbered: t_s=1,gx=2 ...; six or nine are without times. Of fewer, or named ones, nothing.
+    known: the names that they may have, in order."""
     if len(names) < 6 or not all(str(name)[-1:].isdigit() for name in names):
         return ""
     untimed = len(names) in (6, 9)
-    roles = CSV_COLUMNS[untimed : len(names) + untimed]
+    roles = known[untimed : len(names) + untimed]
     places = ",".join(f"{role}={place}" for place, role in enumerate(roles, 1)) + (" rate_hz=100" if untimed else "")
     return f"say their places, such as columns {places}"
 
@@ -430,15 +432,19 @@ def plan_of(shown: str, head: str, encoding: str, wishes: Wishes, sensor: str | 
     at = at_header(shown, layout)
     columns = columns_of(layout.names, wishes.columns, at, sensor)
     if not columns:
-        cure = say_places(layout_of(shown, head, {"t_s": "1"}).names)
+        names = ("t_s", "lat_deg", "lon_deg", "alt_m", "vn", "ve", "vd") if wishes.only_aids else CSV_COLUMNS
+        cure = say_places(layout_of(shown, head, {"t_s": "1"}).names, names)
         raise RecordingError(
-            f"{at}: no header; the first line must name the columns {','.join(CSV_COLUMNS)}, or others like them"
+            f"{at}: no header; the first line must name the columns {','.join(names)}, or others like them"
             + (f"; of a table of numbers alone {cure}" if cure else "")
         )
     for role, column in columns.items():
         if column.unit is None and column.place < len(layout.units):
             columns[role] = with_unit(column, layout.units[column.place])
-    plan = Plan(encoding, layout, columns, "t_s" in columns and _is_instant(head, layout, columns["t_s"].place))
+    first_time = _first_cell(head, layout, columns["t_s"].place) if "t_s" in columns else ""
+    if DAY in columns and not is_day_of(first_time, _first_cell(head, layout, columns[DAY].place)):
+        del columns[DAY]
+    plan = Plan(encoding, layout, columns, is_instant(first_time))
     # The fast reader ignores cells beyond the header, such as row names without a column name.
     first = next(rows_of(io.StringIO(head, newline=None), layout), (0, []))
     if len(without_empty_end(first[1])) > len(layout.names) and (fault := fault_of(shown, io.StringIO(head, newline=None), plan)):
@@ -453,7 +459,9 @@ def table_by(shown: str, frame: pd.DataFrame, plan: Plan) -> Table:
         for role, column in plan.columns.items()
     }
     for column in plan.times if plan.instants else ():
-        values[column.role] = seconds_of(at_header(shown, plan.layout), column.name, values[column.role])
+        cells = with_day(frame[column.place], frame[plan.columns[DAY].place]) if DAY in plan.columns else frame[column.place]
+        values[column.role] = seconds_of(at_header(shown, plan.layout), column.name, cells.to_numpy())
+    values.pop(DAY, None)
     return Table(plan.columns, _with_fraction(values), plan.layout, plan.instants)
 
 
@@ -581,12 +589,10 @@ def _read_slowly(shown: str, text: str, plan: Plan, remarks: Container[int]) -> 
         raise RecordingError(f"{shown}: cannot be read as a table") from None
 
 
-def _is_instant(text: str, layout: Layout, place: int) -> bool:
-    """Whether the first time is one of a calendar or a clock: 2026-01-31 12:00:00.01."""
-    for _, row in rows_of(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout):
-        if place < len(row) and row[place].strip():
-            return is_instant(row[place])
-    return False
+def _first_cell(text: str, layout: Layout, place: int) -> str:
+    """The first cell of a column that is not empty."""
+    rows = rows_of(io.StringIO(text[:HEAD_CHARACTERS], newline=None), layout)
+    return next((row[place] for _, row in rows if place < len(row) and row[place].strip()), "")
 
 
 def fault_of(shown: str, lines: Iterable[str], plan: Plan, remarks: Container[int] = ()) -> str | None:
@@ -634,19 +640,30 @@ def table_of(frame: pd.DataFrame, shown: str, wishes: Wishes) -> Table:
     if frame.empty:
         raise RecordingError(f"{shown}: no rows")
     _refuse_devices(shown, names, columns, lambda place: frame.iloc[:, place].unique())
-    values = {}
-    instants = False
+    values, instants = _values_of(shown, frame, columns, wishes)
+    return Table({role: columns[role] for role in values}, _with_fraction(values), layout, instants)
+
+
+def _values_of(
+    shown: str, frame: pd.DataFrame, columns: Mapping[str, Column], wishes: Wishes
+) -> tuple[dict[str, np.ndarray], bool]:
+    """The numbers of each role, and whether the times were instants. Raises RecordingError."""
+    values, instants = {}, False
+    day = frame.iloc[:, columns[DAY].place] if DAY in columns else None
     for role, column in columns.items():
         series = frame.iloc[:, column.place]
+        if role == DAY:
+            continue
         if (numbers := _numbers(series)) is not None:
             values[role] = numbers
         elif column.of_fix:
             values[role] = np.array(fixes_of(series))
         elif role in ("t_s", *OWN_TIMES.values()):
-            values[role], instants = seconds_of(shown, column.name, series.to_numpy()), True
+            cells = series if day is None or not is_day_of(str(series.iloc[0]), str(day.iloc[0])) else with_day(series, day)
+            values[role], instants = seconds_of(shown, column.name, cells.to_numpy()), True
         elif wishes.only_aids or not column.aids:
             raise RecordingError(f"{shown}: the column {column.name} holds no numbers")
-    return Table({role: columns[role] for role in values}, _with_fraction(values), layout, instants)
+    return values, instants
 
 
 def _with_fraction(values: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
