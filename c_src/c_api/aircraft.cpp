@@ -2,6 +2,7 @@
 #include "hnav/simulation.h"
 
 #include "base/memory.hpp"
+#include "c_api/saved_object.hpp"
 #include "c_api/sized.hpp"
 #include "options/lists.hpp"
 #include "simulation/aircraft.hpp"
@@ -11,6 +12,14 @@ using hnav::AircraftFlight;
 struct hnav_aircraft : hnav::KeptMessage<320>, hnav::Aircraft {
     hnav_aircraft(const hnav_aircraft_options& options, const hnav_aircraft_model& model)
         : Aircraft(options, model), stamp(fingerprint()) {}
+
+    void reset() { flight.reset(); }
+    hnav::SavedState saved() const { return {hnav::SavedState::letters("HNAVAIRC"), 2, stamp, sizeof(AircraftFlight::State)}; }
+    const void* numbers() const { return &flight.state; }
+    bool assign(const void* numbers) {
+        std::memcpy(&flight.state, numbers, sizeof flight.state);
+        return true;
+    }
 
     const std::uint64_t stamp; // of saved states
 };
@@ -117,10 +126,6 @@ hnav_status step(hnav_aircraft* a, const double* command) {
     return HNAV_OK;
 }
 
-hnav::SavedState saved_state(const hnav_aircraft* a) {
-    return {hnav::SavedState::letters("HNAVAIRC"), 2, a->stamp, sizeof(AircraftFlight::State)};
-}
-
 } // namespace
 
 extern "C" {
@@ -148,11 +153,7 @@ hnav_status hnav_aircraft_create(hnav_aircraft** aircraft, const hnav_aircraft_o
 
 void hnav_aircraft_destroy(hnav_aircraft* aircraft) { hnav::destroy_object(aircraft); }
 
-hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft) {
-    if (!aircraft) return HNAV_ERROR_NULL_ARGUMENT;
-    aircraft->flight.reset();
-    return HNAV_OK;
-}
+hnav_status hnav_aircraft_reset(hnav_aircraft* aircraft) { return hnav::reset_object(aircraft); }
 
 const char* hnav_aircraft_message(const hnav_aircraft* aircraft) { return aircraft ? aircraft->message : "aircraft is null"; }
 
@@ -165,8 +166,7 @@ hnav_status hnav_aircraft_get_sample(const hnav_aircraft* aircraft, hnav_aircraf
     REQUIRE_STRUCT(aircraft, sample, hnav_aircraft_sample);
     hnav_aircraft_sample out = hnav::take_in(*sample);
     write(aircraft->flight, 0, &out);
-    hnav::hand_out(out, sample);
-    return HNAV_OK;
+    return hnav::hand_out(out, sample);
 }
 
 hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* command, hnav_aircraft_sample* output) {
@@ -184,24 +184,19 @@ hnav_status hnav_aircraft_run(hnav_aircraft* aircraft, size_t n, const double* c
 
 hnav_status hnav_aircraft_filter_model(const hnav_aircraft* aircraft, hnav_ins_error_model* model) {
     REQUIRE_STRUCT(aircraft, model, hnav_ins_error_model);
-    hnav::hand_out(aircraft->filter_model(), model);
-    return HNAV_OK;
+    return hnav::hand_out(aircraft->filter_model(), model);
 }
 
 hnav_status hnav_aircraft_state_size(const hnav_aircraft* aircraft, size_t* bytes) {
-    REQUIRE(aircraft, bytes);
-    *bytes = saved_state(aircraft).bytes();
-    return HNAV_OK;
+    return hnav::give_state_size(aircraft, bytes);
 }
 
 hnav_status hnav_aircraft_save(const hnav_aircraft* aircraft, void* buffer, size_t bytes) {
-    REQUIRE(aircraft, buffer);
-    return hnav::save_numbers(*aircraft, saved_state(aircraft), &aircraft->flight.state, buffer, bytes);
+    return hnav::save_object(aircraft, buffer, bytes);
 }
 
 hnav_status hnav_aircraft_load(hnav_aircraft* aircraft, const void* buffer, size_t bytes) {
-    REQUIRE(aircraft, buffer);
-    return hnav::load_into(*aircraft, saved_state(aircraft), &aircraft->flight.state, buffer, bytes, "aircraft");
+    return hnav::load_object(aircraft, buffer, bytes, "aircraft");
 }
 
 } // extern "C"

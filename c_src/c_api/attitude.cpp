@@ -114,8 +114,7 @@ hnav_status hnav_filter_posterior(const hnav_filter* filter, hnav_posterior* pos
     result.near_singular = near_singular(q);
     result.tilt_ready = e.tilt_ready;
     result.heading_ready = e.heading_ready;
-    hand_out(result, posterior);
-    return HNAV_OK;
+    return hand_out(result, posterior);
 }
 
 hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
@@ -132,8 +131,7 @@ hnav_status hnav_filter_field(const hnav_filter* filter, hnav_field* field) {
     result.reference_changes = f.reference_changes;
     result.gate = static_cast<int32_t>(f.gate);
     result.at_rest = f.at_rest;
-    hand_out(result, field);
-    return HNAV_OK;
+    return hand_out(result, field);
 }
 
 hnav_status hnav_filter_gyro_calibration(const hnav_filter* filter, double matrix[9], double sigma[9]) {

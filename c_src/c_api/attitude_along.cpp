@@ -58,8 +58,7 @@ hnav_status hnav_filter_shown_along(const hnav_filter* filter, const double* see
     if (object->estimate(At::shown).started) store_attitude(object, model, &result);
     else
         for (int i = 0; i < 3; ++i) result.covariance[7 * (i + 3)] = model.bias_variance[i];
-    hand_out(result, along);
-    return HNAV_OK;
+    return hand_out(result, along);
 }
 
 } // extern "C"

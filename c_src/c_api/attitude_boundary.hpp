@@ -16,7 +16,6 @@ constexpr double min_direction_length = 1e-15; // smallest length of force and f
 constexpr double min_heading_sigma_rad = 1e-7; // the square of a smaller one is lost in the rounding of a covariance of 1 rad^2
 constexpr double min_speed_sigma_m_s = 1e-3; // no sensor of speed is better
 constexpr double max_speed_m_s = 1e4; // of anything in the air
-constexpr double near_singular_pitch = 85 * M_PI / 180;
 
 // ------------------------------------------------------------------------------------------------ samples
 

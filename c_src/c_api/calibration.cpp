@@ -1,6 +1,7 @@
 // The C boundary of the calibration: checks samples and options, and writes the messages.
 #include "calibration/magnetometer.hpp"
 
+#include "c_api/arrays.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/calibration.h"
 #include "options/lists.hpp"
@@ -17,13 +18,11 @@ constexpr double deg = M_PI / 180;
 constexpr double wide_gap_rad = 30 * deg; // a sphere without such a gap has samples on all sides
 constexpr double max_reading = 1e12; // in any unit; beyond this, fourth powers lose their digits
 
-bool missing(const double* v) { return std::isnan(v[0]) && std::isnan(v[1]) && std::isnan(v[2]); }
-
 // Rows of three NaN are missing; all others must be finite and within the limit.
 hnav_status check_rows(const hnav::CallersMessage& caller, const char* name, const double* rows, std::size_t n) {
     for (std::size_t i = 0; i < n; ++i) {
         const double* v = rows + 3 * i;
-        if (missing(v)) continue;
+        if (hnav::is_missing(v)) continue;
         for (int k = 0; k < 3; ++k) {
             if (!std::isfinite(v[k]))
                 return caller.fail(HNAV_ERROR_NON_FINITE, "%s row %zu is not finite: (%g, %g, %g)", name, i, v[0], v[1], v[2]);
@@ -131,10 +130,9 @@ void annotate(const hnav::MagnetometerCalibration& c, const hnav_magnetometer_op
 }
 
 void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration* out) {
-    for (int i = 0; i < 3; ++i) {
-        out->offset[i] = c.offset[i];
+    hnav::store(c.offset, out->offset);
+    for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) out->matrix[3 * i + j] = c.matrix(i, j);
-    }
     out->strength = c.strength;
     out->dip_rad = c.dip_rad;
     out->residual_before = c.residual_before;
@@ -154,7 +152,7 @@ void store(const hnav::MagnetometerCalibration& c, hnav_magnetometer_calibration
                : c.rotation == hnav::Rotation::found ? HNAV_MAGNETOMETER_FULL
                                                      : HNAV_MAGNETOMETER_NO_ROTATION;
     out->offset_axes = c.offset_axes;
-    for (int i = 0; i < 3; ++i) out->gap_direction[i] = c.gap.direction[i];
+    hnav::store(c.gap.direction, out->gap_direction);
     out->gap_rad = c.gap.angle_rad;
 }
 

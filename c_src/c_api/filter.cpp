@@ -107,8 +107,7 @@ hnav_status hnav_filter_attitude(const hnav_filter* filter, hnav_attitude* attit
     REQUIRE_STRUCT(filter, attitude, hnav_attitude);
     hnav_attitude result{};
     if (const hnav_status status = filter->attitude(&result)) return status;
-    hand_out(result, attitude);
-    return HNAV_OK;
+    return hand_out(result, attitude);
 }
 
 hnav_status hnav_filter_rate(const hnav_filter* filter, double rate_b_rad_s[3]) {
@@ -133,24 +132,21 @@ hnav_status hnav_filter_innovation(const hnav_filter* filter, hnav_sensor sensor
         return filter->fail(HNAV_ERROR_OUT_OF_RANGE, "sensor %d has no innovation: use accel, mag or an aid", int(sensor));
     hnav_innovation result{};
     if (const hnav_status status = filter->innovation(sensor, &result)) return status;
-    hand_out(result, innovation);
-    return HNAV_OK;
+    return hand_out(result, innovation);
 }
 
 hnav_status hnav_filter_diagnostics(const hnav_filter* filter, hnav_diagnostics* diagnostics) {
     REQUIRE_STRUCT(filter, diagnostics, hnav_diagnostics);
     hnav_diagnostics result{};
     filter->diagnostics(&result);
-    hand_out(result, diagnostics);
-    return HNAV_OK;
+    return hand_out(result, diagnostics);
 }
 
 hnav_status hnav_filter_health(const hnav_filter* filter, hnav_health* health) {
     REQUIRE_STRUCT(filter, health, hnav_health);
     hnav_health result{};
     filter->health(&result);
-    hand_out(result, health);
-    return HNAV_OK;
+    return hand_out(result, health);
 }
 
 } // extern "C"

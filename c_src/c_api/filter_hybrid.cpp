@@ -1,4 +1,5 @@
 // The C boundary of every filter for callers with their own integrator.
+#include "c_api/arrays.hpp"
 #include "c_api/filter_object.hpp"
 
 using hnav::check_time;
@@ -7,12 +8,9 @@ namespace {
 
 hnav_status check_state(const hnav_filter* f, const double* x) {
     constexpr double max_state = 1e50; // beyond this, products overflow
-    const int nx = f->nx(), q = f->quaternion_at();
-    for (int i = 0; i < nx; ++i)
-        if (!std::isfinite(x[i])) return f->fail(HNAV_ERROR_NON_FINITE, "x[%d] = %g is not finite", i, x[i]);
+    const int q = f->quaternion_at();
+    if (const hnav_status status = hnav::check_numbers(*f, "x", x, f->nx(), q < 0 ? HUGE_VAL : max_state)) return status;
     if (q < 0) return HNAV_OK;
-    for (int i = 0; i < nx; ++i)
-        if (std::fabs(x[i]) > max_state) return f->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], max_state);
     // Only its direction is used.
     const double square = x[q] * x[q] + x[q + 1] * x[q + 1] + x[q + 2] * x[q + 2] + x[q + 3] * x[q + 3];
     if (square > 1e-12) return HNAV_OK;

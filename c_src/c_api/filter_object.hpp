@@ -2,6 +2,7 @@
 // messages (filter.cpp, filter_hybrid.cpp, filter_saved.cpp); the calls of one product find their own object by object_of.
 #pragma once
 
+#include "base/saved_state.hpp"
 #include "base/small.hpp"
 #include "c_api/message.hpp"
 #include "hnav/filter.h"
@@ -81,6 +82,7 @@ constexpr double max_time_s = 1e12; // beyond this, intervals overflow in a cova
 // Chosen: 95 000 turns a minute, above every body that carries a gyroscope. The cost of an interval grows with the rate, so a
 // limit on the rate bounds the time of a call.
 constexpr double max_rate_rad_s = 1e4;
+constexpr double near_singular_pitch = 85 * M_PI / 180; // beyond this, roll and yaw are hardly distinct
 const char* sensor_name(int sensor); // in messages
 
 // What every innovation has.

@@ -1,5 +1,6 @@
 // The C boundary of every filter's saved states and snapshots.
 #include "c_api/filter_object.hpp"
+#include "c_api/saved_object.hpp"
 
 using hnav::save_status;
 

@@ -128,11 +128,7 @@ void InsObject::reset() {
 
 extern "C" {
 
-hnav_ins_options hnav_ins_defaults(hnav_ins_preset preset) {
-    hnav_ins_options options;
-    set_defaults(ins_options, preset, &options);
-    return options;
-}
+hnav_ins_options hnav_ins_defaults(hnav_ins_preset preset) { return made_from<hnav_ins_options>(ins_options, preset); }
 
 hnav_status hnav_ins_create(hnav_filter** object, const hnav_ins_options* options, char* message, size_t message_size) {
     const CallersMessage caller{message, message_size};

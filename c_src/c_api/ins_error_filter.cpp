@@ -3,6 +3,7 @@
 
 #include "base/memory.hpp"
 #include "c_api/arrays.hpp"
+#include "c_api/saved_object.hpp"
 #include "c_api/sized.hpp"
 #include "ins_error/ins_error_filter.hpp"
 #include "options/lists.hpp"
@@ -18,6 +19,16 @@ struct hnav_ins_error_filter : hnav::KeptMessage<320> {
     std::optional<InsErrorFilter> filter;
     double* z;
     std::uint64_t fingerprint;
+
+    void reset() { filter->reset(); }
+    hnav::SavedState saved() const {
+        return {hnav::SavedState::letters("HNAVINSE"), 2, fingerprint, filter->state_count() * sizeof(double)};
+    }
+    const void* numbers() const { return filter->state(); }
+    bool assign(const void* numbers) {
+        std::memcpy(filter->state(), numbers, saved().numbers_bytes);
+        return true;
+    }
 };
 
 namespace {
@@ -27,10 +38,6 @@ using hnav::row;
 
 hnav::ModelData data_of(const hnav_ins_error_model& m) {
     return {m.nx, m.nu, m.nz, m.nw, m.nl, m.interval_s, m.A, m.B, m.G, m.H, m.An, m.Bn, m.Qw, m.Qv, m.QU, m.Lambda0, m.x0, m.P0};
-}
-
-hnav::SavedState saved_state(const hnav_ins_error_filter* f) {
-    return {hnav::SavedState::letters("HNAVINSE"), 2, f->fingerprint, f->filter->state_count() * sizeof(double)};
 }
 
 hnav_status step(hnav_ins_error_filter* f, const double* u, const double* z, const std::uint8_t* present) {
@@ -116,11 +123,7 @@ hnav_status hnav_ins_error_filter_create(hnav_ins_error_filter** filter, const h
 
 void hnav_ins_error_filter_destroy(hnav_ins_error_filter* filter) { hnav::destroy_object(filter); }
 
-hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter) {
-    if (!filter) return HNAV_ERROR_NULL_ARGUMENT;
-    filter->filter->reset();
-    return HNAV_OK;
-}
+hnav_status hnav_ins_error_filter_reset(hnav_ins_error_filter* filter) { return hnav::reset_object(filter); }
 
 const char* hnav_ins_error_filter_message(const hnav_ins_error_filter* filter) {
     return filter ? filter->message : "filter is null";
@@ -206,8 +209,7 @@ hnav_status hnav_ins_error_filter_info(const hnav_ins_error_filter* filter, hnav
     result.nu = f.model.nu;
     result.nz = f.model.nz;
     result.estimates_lambda = f.estimates_lambda();
-    hnav::hand_out(result, info);
-    return HNAV_OK;
+    return hnav::hand_out(result, info);
 }
 
 hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, const hnav_ins_error_run_input* input,
@@ -231,19 +233,15 @@ hnav_status hnav_ins_error_filter_run(hnav_ins_error_filter* filter, size_t n, c
 }
 
 hnav_status hnav_ins_error_filter_state_size(const hnav_ins_error_filter* filter, size_t* bytes) {
-    REQUIRE(filter, bytes);
-    *bytes = saved_state(filter).bytes();
-    return HNAV_OK;
+    return hnav::give_state_size(filter, bytes);
 }
 
 hnav_status hnav_ins_error_filter_save(const hnav_ins_error_filter* filter, void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    return hnav::save_numbers(*filter, saved_state(filter), filter->filter->state(), buffer, bytes);
+    return hnav::save_object(filter, buffer, bytes);
 }
 
 hnav_status hnav_ins_error_filter_load(hnav_ins_error_filter* filter, const void* buffer, size_t bytes) {
-    REQUIRE(filter, buffer);
-    return hnav::load_into(*filter, saved_state(filter), filter->filter->state(), buffer, bytes, "filter");
+    return hnav::load_object(filter, buffer, bytes, "filter");
 }
 
 } // extern "C"

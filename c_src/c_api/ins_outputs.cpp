@@ -166,7 +166,6 @@ hnav_navigation InsObject::navigation() const {
 }
 
 hnav_status InsObject::attitude(hnav_attitude* out) const {
-    constexpr double near_singular_pitch = 85 * M_PI / 180;
     const hnav_navigation n = navigation();
     if (std::isnan(n.q_nb[0])) return not_started(this);
     out->t_s = n.t_s;
@@ -246,8 +245,7 @@ extern "C" {
 hnav_status hnav_ins_navigation(const hnav_filter* filter, hnav_navigation* to) {
     REQUIRE_OBJECT(const InsObject, object, filter);
     REQUIRE_STRUCT(object, to, hnav_navigation);
-    hand_out(object->navigation(), to);
-    return HNAV_OK;
+    return hand_out(object->navigation(), to);
 }
 
 hnav_status hnav_ins_observed(const hnav_filter* filter, hnav_observed* observed) {
@@ -262,8 +260,7 @@ hnav_status hnav_ins_observed(const hnav_filter* filter, hnav_observed* observed
     result.by_position = by[ins::position];
     result.by_heading = by[ins::heading];
     result.by_field = by[ins::field];
-    hand_out(result, observed);
-    return HNAV_OK;
+    return hand_out(result, observed);
 }
 
 hnav_status hnav_ins_run(hnav_filter* filter, size_t n, const hnav_ins_run_input* input, const hnav_ins_run_output* output,

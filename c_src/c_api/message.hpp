@@ -3,7 +3,6 @@
 
 #include "base/option_list.hpp"
 #include "base/refusal.hpp"
-#include "base/saved_state.hpp"
 #include "base/small.hpp"
 
 #include <algorithm>
@@ -152,60 +151,5 @@ private:
         message[used + count] = '\0';
     }
 };
-
-// Checks that a buffer has the size of a saved state.
-template <class Object>
-hnav_status save_status(const Object& object, std::size_t bytes, std::size_t needed) {
-    if (bytes >= needed) return HNAV_OK;
-    return object.fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, the state needs %zu", bytes, needed);
-}
-
-// Saves an object whose state is one row of numbers.
-template <class Object>
-hnav_status save_numbers(const Object& object, const SavedState& saved, const void* numbers, void* buffer, std::size_t bytes) {
-    if (const hnav_status status = save_status(object, bytes, saved.bytes())) return status;
-    std::memcpy(saved.numbers(buffer), numbers, saved.numbers_bytes);
-    saved.seal(buffer);
-    return HNAV_OK;
-}
-
-// Status and message of a load call; what: the object in a word, needed: bytes of its state.
-template <class Object>
-hnav_status load_status(const Object& object, LoadOutcome outcome, const char* what, std::size_t bytes, std::size_t needed) {
-    switch (outcome) {
-    case LoadOutcome::ok: return HNAV_OK;
-    case LoadOutcome::size:
-        return object.fail(HNAV_ERROR_SIZE, "buffer has %zu bytes, a saved state of this %s has %zu", bytes, what, needed);
-    case LoadOutcome::other_version:
-        return object.fail(HNAV_ERROR_STATE_VERSION,
-                           "the state was saved by a version of hnav whose states hnav %s does not read", hnav_version());
-    case LoadOutcome::other_object:
-        return object.fail(HNAV_ERROR_STATE_CORRUPT,
-                           "the state is whole, but was saved by another %s: its model or options differ", what);
-    default: return object.fail(HNAV_ERROR_STATE_CORRUPT, "the state is damaged: its checksum does not fit");
-    }
-}
-
-// Loads an object whose state is one row of numbers, of which every one is valid.
-template <class Object>
-hnav_status load_into(const Object& object, const SavedState& saved, void* numbers, const void* buffer, std::size_t bytes,
-                      const char* what) {
-    const LoadOutcome outcome = saved.check(buffer, bytes);
-    if (outcome == LoadOutcome::ok) std::memcpy(numbers, saved.numbers(buffer), saved.numbers_bytes);
-    return load_status(object, outcome, what, bytes, saved.bytes());
-}
-
-// The same of numbers that may be invalid. assign: accepts them, or returns false.
-template <class State, class Object, class Assign>
-hnav_status load_numbers(const Object& object, const SavedState& saved, const void* buffer, std::size_t bytes, const char* what,
-                         Assign assign) {
-    LoadOutcome outcome = saved.check(buffer, bytes);
-    if (outcome == LoadOutcome::ok) {
-        State state;
-        std::memcpy(&state, saved.numbers(buffer), sizeof state);
-        if (!assign(state)) outcome = LoadOutcome::damaged;
-    }
-    return load_status(object, outcome, what, bytes, saved.bytes());
-}
 
 } // namespace hnav

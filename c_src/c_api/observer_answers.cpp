@@ -123,8 +123,7 @@ hnav_status hnav_observer_innovation(const hnav_filter* handle, int32_t sensor, 
     result.mean_nis = number(Layout::mean_nis);
     result.samples = static_cast<std::uint64_t>(number(Layout::samples));
     result.inflated = static_cast<std::uint64_t>(number(Layout::gated));
-    hnav::hand_out(result, out);
-    return HNAV_OK;
+    return hnav::hand_out(result, out);
 }
 
 hnav_status hnav_observer_get_info(const hnav_filter* handle, hnav_observer_info* info) {
@@ -165,8 +164,7 @@ hnav_status hnav_observer_get_info(const hnav_filter* handle, hnav_observer_info
     result.stamps_left_out = filter.stamps().left_out();
     result.clock_jumps = filter.stamps().jumps();
     result.held = count(Layout::holding);
-    hnav::hand_out(result, info);
-    return HNAV_OK;
+    return hnav::hand_out(result, info);
 }
 
 hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block block, hnav_observer_block_proof* proof) {
@@ -185,8 +183,7 @@ hnav_status hnav_observer_proof(const hnav_filter* handle, hnav_plant_block bloc
     result.column = found.column;
     result.stated = found.stated;
     result.measured = found.measured;
-    hnav::hand_out(result, proof);
-    return HNAV_OK;
+    return hnav::hand_out(result, proof);
 }
 
 } // extern "C"

@@ -35,11 +35,12 @@ Struct take_in(const Struct& given) {
     return whole;
 }
 
-// A result, up to the size of the caller's struct.
+// A result, up to the size of the caller's struct: the end of a call without failure.
 template <class Struct>
-void hand_out(Struct result, Struct* to) {
+hnav_status hand_out(Struct result, Struct* to) {
     result.size = to->size;
     std::memcpy(to, &result, to->size);
+    return HNAV_OK;
 }
 
 } // namespace hnav

@@ -2,6 +2,7 @@
 #include "simulation/turntable.hpp"
 
 #include "base/memory.hpp"
+#include "c_api/arrays.hpp"
 #include "c_api/sized.hpp"
 #include "options/lists.hpp"
 
@@ -18,14 +19,11 @@ namespace {
 
 void store(const hnav::Truth& from, double t_s, hnav_truth* truth) {
     truth->t_s = t_s;
-    const Vector3 euler = hnav::roll_pitch_yaw(from.q);
-    for (int i = 0; i < 4; ++i) truth->q_nb[i] = from.q[i];
-    for (int i = 0; i < 3; ++i) {
-        truth->euler_rad[i] = euler[i];
-        truth->rate_b_rad_s[i] = from.rate[i];
-        truth->force_b_m_s2[i] = from.force[i];
-        truth->field_b_tesla[i] = from.field[i];
-    }
+    hnav::store(from.q, truth->q_nb);
+    hnav::store(hnav::roll_pitch_yaw(from.q), truth->euler_rad);
+    hnav::store(from.rate, truth->rate_b_rad_s);
+    hnav::store(from.force, truth->force_b_m_s2);
+    hnav::store(from.field, truth->field_b_tesla);
 }
 
 } // namespace
@@ -67,8 +65,7 @@ hnav_status hnav_turntable_in_piece(const hnav_turntable* table, double piece_s,
     REQUIRE_FINITE(table, piece_s);
     hnav_truth result{};
     store(table->motion.at(t_s, table->motion.pieces(piece_s)), t_s, &result);
-    hnav::hand_out(result, truth);
-    return HNAV_OK;
+    return hnav::hand_out(result, truth);
 }
 
 hnav_status hnav_turntable_next_corner_s(const hnav_turntable* table, double t_s, double* corner_s) {
@@ -89,29 +86,26 @@ hnav_status hnav_turntable_seen_from(const hnav_turntable* table, const double* 
     hnav::Truth truth;
     truth.q = Quaternion(q_nb) / length;
     table->motion.see(&truth);
-    for (int i = 0; i < 3; ++i) {
-        force_b_m_s2[i] = truth.force[i];
-        field_b_tesla[i] = truth.field[i];
-    }
+    hnav::store(truth.force, force_b_m_s2);
+    hnav::store(truth.field, field_b_tesla);
     return HNAV_OK;
 }
 
 hnav_status hnav_quaternion_to_euler_along(const double* q_nb, const double* dq_nb, double* along_rad) {
     if (!q_nb || !dq_nb || !along_rad) return HNAV_ERROR_NULL_ARGUMENT;
-    Eigen::Map<Vector3>{along_rad} = hnav::roll_pitch_yaw_along(Quaternion(q_nb), Quaternion(dq_nb));
+    hnav::store(hnav::roll_pitch_yaw_along(Quaternion(q_nb), Quaternion(dq_nb)), along_rad);
     return HNAV_OK;
 }
 
 hnav_status hnav_quaternion_to_euler(const double* q_nb, double* euler_rad) {
     if (!q_nb || !euler_rad) return HNAV_ERROR_NULL_ARGUMENT;
-    Eigen::Map<Vector3>{euler_rad} = hnav::roll_pitch_yaw(Quaternion(q_nb));
+    hnav::store(hnav::roll_pitch_yaw(Quaternion(q_nb)), euler_rad);
     return HNAV_OK;
 }
 
 hnav_status hnav_quaternion_derivative(const double* q_nb, const double* rate_b_rad_s, double* derivative_1_s) {
     if (!q_nb || !rate_b_rad_s || !derivative_1_s) return HNAV_ERROR_NULL_ARGUMENT;
-    const Quaternion derivative = hnav::Xi(Quaternion(q_nb)) * Vector3(rate_b_rad_s);
-    Eigen::Map<Quaternion>{derivative_1_s} = derivative;
+    hnav::store(Quaternion(hnav::Xi(Quaternion(q_nb)) * Vector3(rate_b_rad_s)), derivative_1_s);
     return HNAV_OK;
 }
 

@@ -2,6 +2,7 @@
 #include "simulation/vehicle.hpp"
 
 #include "base/memory.hpp"
+#include "c_api/arrays.hpp"
 #include "c_api/sized.hpp"
 #include "options/lists.hpp"
 
@@ -35,29 +36,24 @@ hnav_status check_time(const hnav_vehicle* vehicle, double t_s) {
 Vehicle::State state_of(const double* x) { return {hnav::Vector3(x), x[3]}; }
 
 void store(const Vehicle::State& state, double* x) {
-    std::copy_n(state.displacement_m.data(), 3, x);
+    hnav::store(state.displacement_m, x);
     x[3] = state.course_rad;
 }
 
 hnav_status check_state(const hnav_vehicle* vehicle, const double* x) {
-    for (int i = 0; i < HNAV_VEHICLE_STATES; ++i) REQUIRE_FINITE(vehicle, x[i]);
-    for (int i = 0; i < HNAV_VEHICLE_STATES; ++i)
-        if (std::fabs(x[i]) > largest_state)
-            return vehicle->fail(HNAV_ERROR_OUT_OF_RANGE, "x[%d] = %g lies beyond %g", i, x[i], largest_state);
-    return HNAV_OK;
+    return hnav::check_numbers(*vehicle, "x", x, HNAV_VEHICLE_STATES, largest_state);
 }
 
 void store(const Vehicle::Seen& seen, hnav_vehicle_truth* truth) {
     truth->latitude_rad = seen.place.latitude_rad;
     truth->longitude_rad = seen.place.longitude_rad;
     truth->height_m = seen.place.height_m;
-    const hnav::Vector3 euler = hnav::roll_pitch_yaw(seen.q_nb);
-    std::copy_n(seen.velocity_n.data(), 3, truth->velocity_n_m_s);
-    std::copy_n(seen.q_nb.data(), 4, truth->q_nb);
-    std::copy_n(euler.data(), 3, truth->euler_rad);
-    std::copy_n(seen.rate_b.data(), 3, truth->rate_b_rad_s);
-    std::copy_n(seen.force_b.data(), 3, truth->force_b_m_s2);
-    std::copy_n(seen.field_b.data(), 3, truth->field_b_tesla);
+    hnav::store(seen.velocity_n, truth->velocity_n_m_s);
+    hnav::store(seen.q_nb, truth->q_nb);
+    hnav::store(hnav::roll_pitch_yaw(seen.q_nb), truth->euler_rad);
+    hnav::store(seen.rate_b, truth->rate_b_rad_s);
+    hnav::store(seen.force_b, truth->force_b_m_s2);
+    hnav::store(seen.field_b, truth->field_b_tesla);
 }
 
 hnav_status make_vehicle(const hnav::CallersMessage& caller, hnav_vehicle** vehicle, const hnav_vehicle_options* options,
@@ -166,8 +162,7 @@ hnav_status hnav_vehicle_at(const hnav_vehicle* vehicle, double t_s, const doubl
     hnav_vehicle_truth result{};
     result.t_s = t_s;
     store(vehicle->body.seen(t_s, state_of(x)), &result);
-    hnav::hand_out(result, truth);
-    return HNAV_OK;
+    return hnav::hand_out(result, truth);
 }
 
 } // extern "C"
