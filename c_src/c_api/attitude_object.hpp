@@ -4,11 +4,10 @@
 
 #include "attitude/common/estimate.hpp"
 #include "attitude/common/frames.hpp"
-#include "c_api/filter_object.hpp"
 #include "c_api/health.hpp"
+#include "c_api/over_filter.hpp"
 #include "c_api/shown_along.hpp"
 #include "hnav/hnav.h"
-#include "hybrid/filter.hpp"
 #include "maths/scalar.hpp"
 #include "signals/hold.hpp"
 
@@ -85,38 +84,34 @@ using AttitudeObject = std::conditional_t<small_build, EveryAttitude, WholeAttit
 
 // The calls of every build.
 template <class Model>
-class SmallAttitudeFilter : public AttitudeObject {
+class SmallAttitudeFilter : public OverFilter<AttitudeObject, Model> {
 public:
     using At = EveryAttitude::At;
     using State = typename Model::State;
-    using FilterOfModel = Filter<Model>;
+    using EveryAttitude::frames, EveryAttitude::hold, OverFilter<AttitudeObject, Model>::filter;
 
     SmallAttitudeFilter(const Frames& in_frames, Hold of_rate) {
         frames = in_frames;
-        sensors = Model::sensors;
+        this->sensors = Model::sensors;
         hold = of_rate;
-        causal_only = hold != Hold::forward && !Model::reholds;
+        this->causal_only = hold != Hold::forward && !Model::reholds;
     }
 
-    void reset() override { filter_.reset(); }
     void realign() override {
-        filter_.change([this](State& s) { filter_.model().realign(s); });
+        filter.change([this](State& s) { filter.model().realign(s); });
     }
 
-    Outcome push(const AttitudeSample& sample) override { return filter_.push(sample); }
-    bool has_room(int count) const override { return filter_.has_room(count); }
-    void count_refused(bool zero) override { ++(zero ? filter_.refused.zero : filter_.refused.non_finite); }
-    Outcome advance(double t_s) override { return filter_.advance(t_s); }
-    Outcome commit(double t_s) override { return filter_.commit(t_s); }
+    Outcome push(const AttitudeSample& sample) override { return filter.push(sample); }
+    bool has_room(int count) const override { return filter.has_room(count); }
+    void count_refused(bool zero) override { ++(zero ? filter.refused.zero : filter.refused.non_finite); }
 
-    double now_s() const override { return filter_.now_s(); }
-    double newest_s() const override { return filter_.newest_s(); }
-    double stamp_of(double time_s) const override { return filter_.stamp_of(time_s); }
-    double late_limit_s() const override { return filter_.late_limit_s(); }
+    double newest_s() const override { return filter.newest_s(); }
+    double stamp_of(double time_s) const override { return filter.stamp_of(time_s); }
+    double late_limit_s() const override { return filter.late_limit_s(); }
     Estimate estimate(At at) const override {
         constexpr double max_silence_s = 1; // without samples for longer, no estimate is ready
         Estimate e = model().estimate(state(at));
-        if (at == At::shown && filter_.event_now_s() - filter_.newest_time_s() > max_silence_s)
+        if (at == At::shown && filter.event_now_s() - filter.newest_time_s() > max_silence_s)
             e.tilt_ready = e.heading_ready = false;
         return e;
     }
@@ -127,25 +122,26 @@ public:
                 if (at == At::shown) v.array() += silence_variance();
                 return v;
             }
-        return frames.variances_to_user<Scalar>(rotation_covariance_at(at).template cast<Scalar>()).template cast<double>();
+        return frames.template variances_to_user<Scalar>(rotation_covariance_at(at).template cast<Scalar>())
+            .template cast<double>();
     }
     Vector3 bias_variances(At at) const override { return model().bias_variances(state(at)); }
     ErrorCovariance error_covariance() const override {
-        ErrorCovariance C = model().error_covariance(filter_.shown());
+        ErrorCovariance C = model().error_covariance(filter.shown());
         C.diagonal().head<3>().array() += silence_variance();
         return C;
     }
-    const InnovationOf<Scalar>& last_innovation(int channel) const override { return filter_.newest().innovation[channel]; }
+    const InnovationOf<Scalar>& last_innovation(int channel) const override { return filter.newest().innovation[channel]; }
 
-    FieldEstimate field_estimate() const override { return model().field_estimate(filter_.newest()); }
-    void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter_.newest(), S, sigma); }
+    FieldEstimate field_estimate() const override { return model().field_estimate(filter.newest()); }
+    void gyro_calibration(double* S, double* sigma) const override { model().gyro_calibration(filter.newest(), S, sigma); }
 
     void diagnostics(hnav_diagnostics* out) const override {
-        const State& s = filter_.newest();
+        const State& s = filter.newest();
         out->gamma_used = s.gamma;
         out->gamma_margin = s.gamma_margin;
         out->adapted_bias_walk_rad_s_per_sqrt_s = model().bias_walk(s);
-        diagnose(filter_, out);
+        diagnose(filter, out);
         for (int c = 0; c < channel_count; ++c) {
             out->used[c] = s.used[c];
             out->gated[c] = s.gated[c];
@@ -159,18 +155,18 @@ public:
     }
 
     hnav_sensor_health sensor_health(int channel) const override {
-        const SensorCheck<Scalar>* check = channel < heading ? &filter_.newest().check[channel] : nullptr;
-        return hnav::sensor_health(check, filter_, channel);
+        const SensorCheck<Scalar>* check = channel < heading ? &filter.newest().check[channel] : nullptr;
+        return hnav::sensor_health(check, filter, channel);
     }
 
     void health(hnav_health* out) const override {
-        const State& s = filter_.newest();
+        const State& s = filter.newest();
         for (int c = 0; c < channel_count; ++c) out->sensor[c] = SmallAttitudeFilter::sensor_health(c);
         for (int c = channel_count; c < HNAV_SENSOR_COUNT; ++c) out->sensor[c] = sensor_without_samples();
         out->times_lost = s.times_lost;
         out->lost = s.lost != 0;
-        out->clock_jumps = filter_.stamps().jumps();
-        out->stamps_left_out = filter_.stamps().left_out();
+        out->clock_jumps = filter.stamps().jumps();
+        out->stamps_left_out = filter.stamps().left_out();
     }
 
 protected:
@@ -179,17 +175,15 @@ protected:
         if (at == At::shown) C.diagonal().array() += silence_variance();
         return C;
     }
-    double silence_variance() const { return model().silence_variance(filter_.shown(), filter_.looked_ahead_s()); }
-    const Model& model() const { return filter_.model(); }
-    const State& state(At at) const { return at == At::shown ? filter_.shown() : filter_.newest(); }
-
-    FilterOfModel filter_;
+    double silence_variance() const { return model().silence_variance(filter.shown(), filter.looked_ahead_s()); }
+    const Model& model() const { return filter.model(); }
+    const State& state(At at) const { return at == At::shown ? filter.shown() : filter.newest(); }
 };
 
 template <class Model>
-class WholeAttitudeFilter : public SmallAttitudeFilter<Model> {
+class WholeAttitudeFilter : public OverWholeFilter<SmallAttitudeFilter<Model>> {
 public:
-    using Base = SmallAttitudeFilter<Model>;
+    using Base = OverWholeFilter<SmallAttitudeFilter<Model>>;
     using Base::Base;
     using typename Base::At;
     using typename Base::State;
@@ -197,55 +191,42 @@ public:
     bool turns_back() const override { return Model::turns_back; }
     void turn_back(double t_s) override {
         if constexpr (Model::turns_back) {
-            const State last = filter_.newest();
-            filter_.reset();
-            filter_.change([&](State& s) {
+            const State last = filter.newest();
+            filter.reset();
+            filter.change([&](State& s) {
                 s = last;
                 model().turn_back(s, t_s);
             });
         }
     }
-    void prefer_closed_form(bool prefer) override { filter_.prefer_closed_form(prefer); }
+    void prefer_closed_form(bool prefer) override { filter.prefer_closed_form(prefer); }
 
-    bool push_event(const AttitudeEvent& event) override { return filter_.push_event(event); }
-    Outcome advance_row(double t_s) override { return filter_.advance_row(t_s); }
-    double newest_time_s() const override { return filter_.newest_time_s(); }
+    bool push_event(const AttitudeEvent& event) override { return filter.push_event(event); }
+    Outcome advance_row(double t_s) override { return filter.advance_row(t_s); }
+    double newest_time_s() const override { return filter.newest_time_s(); }
     bool started(At at) const override { return state(at).started != 0; }
     Quaternion q_bn(At at) const override { return model().attitude(state(at)); }
     Matrix3 rotation_covariance(At at) const override { return this->rotation_covariance_at(at); }
 
-    std::size_t state_size() const override { return filter_.state_size(); }
-    void save(void* buffer) const override { filter_.save(buffer); }
-    std::size_t snapshot_size() const override { return filter_.snapshot_size(); }
-    void take_snapshot(void* buffer) const override { filter_.take_snapshot(buffer); }
-    bool restore_snapshot(const void* buffer, std::size_t bytes) override { return filter_.restore_snapshot(buffer, bytes); }
-    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter_.load(buffer, bytes); }
-
-    int nx() const override { return Model::nx; }
-    void get_x(double* x) const override { std::memcpy(x, filter_.newest().x, sizeof(State::x)); }
-    void nominal_x(double* x) const override { model().nominal(x); }
     int quaternion_at() const override { return 0; } // every model has it first
     hnav_status derivative(const double* x, double* dx) const override {
-        filter_.derivative(x, dx);
+        filter.derivative(x, dx);
         return HNAV_OK;
     }
     hnav_status derivative_along(const double* x, const double* direction, double* out) const override {
-        model().flow_along(filter_.newest(), x, direction, out);
+        model().flow_along(filter.newest(), x, direction, out);
         return HNAV_OK;
     }
     const char* cannot_jump() const override {
         return this->causal_only ? "gyro_hold is not forward: an integrator outside cannot know the rate before its sample"
                                  : nullptr;
     }
-    double next_event_s() const override { return filter_.next_event_s(); }
-    Outcome jump(double t_s, const double* x_minus, double* x_plus) override { return filter_.jump(t_s, x_minus, x_plus); }
-    void show(double t_s, const double* x) override { filter_.show(t_s, x); }
     ShownAlong shown_along(const double* seed) const override {
-        return hnav::shown_along(model(), filter_.shown(), seed, filter_.nx());
+        return hnav::shown_along(model(), filter.shown(), seed, filter.nx());
     }
 
 protected:
-    using Base::filter_, Base::model, Base::state;
+    using Base::filter, Base::model, Base::state;
 };
 
 template <class Model>
@@ -259,7 +240,7 @@ public:
     static AttitudeFilter* make(const Model& model, const Frames& frames, Hold hold, const Settings& settings) {
         auto* self = make_object<AttitudeFilter>(frames, hold);
         if (!self) return nullptr;
-        if (!self->filter_.create(model, settings)) {
+        if (!self->filter.create(model, settings)) {
             self->destroy();
             return nullptr;
         }
@@ -276,7 +257,7 @@ public:
         std::memset(place, 0, bytes(model, settings) - alignment);
         auto* self = new (place) AttitudeFilter(frames, hold);
         self->in_callers_memory = true;
-        self->filter_.create_in(place + object_bytes, model, settings);
+        self->filter.create_in(place + object_bytes, model, settings);
         return self;
     }
 

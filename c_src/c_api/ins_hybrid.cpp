@@ -5,8 +5,6 @@
 
 namespace hnav {
 
-void InsObject::get_x(double* x) const { std::copy_n(filter.newest().x, ins::nx, x); }
-
 hnav_status InsObject::derivative(const double* x, double* dx) const {
     if (filter.model().flows(filter.newest())) filter.derivative(x, dx);
     else std::fill_n(dx, ins::nx, 0.0);
@@ -52,12 +50,11 @@ hnav_status hnav_ins_navigation_along(const hnav_filter* filter, const double* s
         result.latitude_rad = motion.place.latitude_rad;
         result.longitude_rad = motion.place.longitude_rad;
         result.height_m = motion.place.height_m;
-        Eigen::Map<Vector3>{result.velocity_n_m_s} = motion.velocity_n;
-        Eigen::Map<Quaternion>{result.q_nb} = motion.q_nb;
-        Eigen::Map<Vector3>{result.euler_rad} = motion.euler;
+        store(motion.velocity_n, result.velocity_n_m_s);
+        store(motion.q_nb, result.q_nb);
+        store(motion.euler, result.euler_rad);
     }
-    hand_out(result, along);
-    return HNAV_OK;
+    return hand_out(result, along);
 }
 
 } // extern "C"

@@ -2,21 +2,19 @@
 #pragma once
 
 #include "c_api/arrays.hpp"
-#include "c_api/filter_object.hpp"
+#include "c_api/over_filter.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/hnav.h"
-#include "hybrid/filter.hpp"
 #include "ins/model.hpp"
 
 namespace hnav {
 
-struct InsObject final : hnav_filter {
+struct InsObject final : OverWholeFilter<OverFilter<hnav_filter, ins::Model>> {
     static constexpr Product of_product = Product::ins;
     static constexpr const char* whom = "the INS";
 
-    InsObject() : hnav_filter(Product::ins) {}
+    InsObject() : OverWholeFilter(Product::ins) {}
 
-    Filter<ins::Model> filter;
     Matrix3 mounting = Matrix3::Identity(); // sensor to body axes
     double declination_rad = 0;
     bool goes_back = false; // late samples are accepted
@@ -30,9 +28,6 @@ struct InsObject final : hnav_filter {
     void reset() override;
     hnav_status take(int sensor, double t_s, const double* value) override;
     hnav_status take_imu(double t_s, const double* rate, const double* force) override;
-    Outcome advance(double t_s) override { return filter.advance(t_s); }
-    Outcome commit(double t_s) override { return filter.commit(t_s); }
-    double now_s() const override { return filter.now_s(); }
 
     hnav_status attitude(hnav_attitude* out) const override;
     hnav_status rate(double* rate_b) const override;
@@ -42,20 +37,9 @@ struct InsObject final : hnav_filter {
     void diagnostics(hnav_diagnostics* out) const override;
     void health(hnav_health* out) const override;
 
-    std::size_t state_size() const override { return filter.state_size(); }
-    void save(void* buffer) const override { filter.save(buffer); }
-    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter.load(buffer, bytes); }
-    std::size_t snapshot_size() const override { return filter.snapshot_size(); }
-    void take_snapshot(void* buffer) const override { filter.take_snapshot(buffer); }
-    bool restore_snapshot(const void* buffer, std::size_t bytes) override { return filter.restore_snapshot(buffer, bytes); }
-
-    int nx() const override { return ins::nx; }
     int quaternion_at() const override { return 6; } // behind displacement and velocity
-    void get_x(double* x) const override;
-    void nominal_x(double* x) const override { filter.model().nominal(x); }
     hnav_status derivative(const double* x, double* dx) const override;
     hnav_status derivative_along(const double* x, const double* seed, double* out) const override;
-    double next_event_s() const override { return filter.next_event_s(); }
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override;
     void show(double t_s, const double* x) override;
 

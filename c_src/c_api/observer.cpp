@@ -110,7 +110,7 @@ hnav_status create_filter(ObserverObject* o, const hnav::CallersMessage& caller)
     e.fingerprint = o->problem->fingerprint(o->fingerprint);
     if (const hnav_status status = check_memory(*o, model, e, caller)) return status;
     const bool made = o->filter.create(model, e);
-    if (made && (!model.may_be_stiff() || model.make_stiff_solver(options.max_steps))) return HNAV_OK;
+    if (made && model.make_stiff_solver(options.max_steps)) return HNAV_OK;
     if (!made && o->trouble.any)
         return caller.fail(HNAV_ERROR_SOLVER, "the plant has no derivatives within a millisecond of its start");
     return caller.fail(HNAV_ERROR_OUT_OF_MEMORY, "no memory for an observer with N = %d and queue_capacity = %d", o->problem->N,
@@ -219,34 +219,28 @@ hnav_status make_observer(hnav_filter** filter, const hnav_observer_options& opt
     return status;
 }
 
-hnav_status ObserverObject::no_estimate(double t_s) const {
-    char what[80];
-    std::snprintf(what, sizeof what, "samples up to t = %.9g s were dropped", t_s);
-    return log_trouble(what);
-}
+hnav_status ObserverObject::no_estimate(double t_s) const { return log_trouble("samples up to", t_s, " were dropped"); }
 
-void ObserverObject::log_held(double t_s) const {
-    char what[80];
-    std::snprintf(what, sizeof what, "the estimate was held before t = %.9g s", t_s);
-    log_trouble(what);
-}
+void ObserverObject::log_held(double t_s) const { log_trouble("the estimate was held before", t_s, ""); }
 
 // Adds the plant's reason if it failed.
-hnav_status ObserverObject::log_trouble(const char* what) const {
+hnav_status ObserverObject::log_trouble(const char* what, double at_s, const char* happened) const {
     if (!trouble.any)
-        return fail(HNAV_ERROR_SOLVER,
-                    "%s: there is no usable estimate, but a state without bound, or more than max_steps steps of the solver",
-                    what);
+        return fail(
+            HNAV_ERROR_SOLVER,
+            "%s t = %.9g s%s: there is no usable estimate, but a state without bound, or more than max_steps steps of the "
+            "solver",
+            what, at_s, happened);
     const char* names[] = {"derivatives", "outputs", "indicators", "events"};
     const char* of = names[int(trouble.function)];
     if (trouble.function == Function::event && trouble.answer == Answer::ok)
-        return fail(HNAV_ERROR_SOLVER, "%s: the events of the plant do not end at t = %.9g s", what,
+        return fail(HNAV_ERROR_SOLVER, "%s t = %.9g s%s: the events of the plant do not end at t = %.9g s", what, at_s, happened,
                     filter.stamp_of(trouble.t_s));
     const char* answer = trouble.answer == Answer::ok       ? "gave a number that is not finite for"
                          : trouble.answer == Answer::broken ? "failed in"
                                                             : "had no answer for";
-    return fail(HNAV_ERROR_SOLVER, "%s: the plant %s its %s at t = %.9g s%s%s", what, answer, of, filter.stamp_of(trouble.t_s),
-                *trouble.said ? ": " : "", trouble.said);
+    return fail(HNAV_ERROR_SOLVER, "%s t = %.9g s%s: the plant %s its %s at t = %.9g s%s%s", what, at_s, happened, answer, of,
+                filter.stamp_of(trouble.t_s), *trouble.said ? ": " : "", trouble.said);
 }
 
 void ObserverObject::destroy() { destroy_object(this); }

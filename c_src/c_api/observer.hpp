@@ -2,10 +2,9 @@
 #pragma once
 
 #include "base/memory.hpp"
-#include "c_api/filter_object.hpp"
+#include "c_api/over_filter.hpp"
 #include "c_api/sized.hpp"
 #include "hnav/observer.h"
-#include "hybrid/filter.hpp"
 #include "hybrid/stiff_solver.hpp"
 #include "observer/derivative_proof.hpp"
 #include "observer/observer_model.hpp"
@@ -14,12 +13,11 @@
 
 namespace hnav {
 
-struct ObserverObject final : hnav_filter {
+struct ObserverObject final : OverWholeFilter<OverFilter<hnav_filter, observer::Model>> {
     static constexpr Product of_product = Product::observer;
     static constexpr const char* whom = "observers";
-    using FilterOfModel = Filter<observer::Model>;
 
-    ObserverObject() : hnav_filter(Product::observer) {}
+    ObserverObject() : OverWholeFilter(Product::observer) {}
     ObserverObject(const ObserverObject&) = delete;
     ObserverObject& operator=(const ObserverObject&) = delete;
     ~ObserverObject() {
@@ -54,7 +52,6 @@ struct ObserverObject final : hnav_filter {
     observer::Trouble trouble{};
     StiffSolver stiff;
     observer::DerivativeProof proof{};
-    FilterOfModel filter;
     std::optional<double> start_s; // when it is given
     std::uint64_t dropped = 0;
     hnav_observer_options options{}; // as it was made with
@@ -71,7 +68,6 @@ struct ObserverObject final : hnav_filter {
     Outcome commit(double t_s) override {
         return moved([&] { return filter.commit(t_s); });
     }
-    double now_s() const override { return filter.now_s(); }
     hnav_status no_estimate(double t_s) const override;
     // Writes a message about a held interval, which is no error.
     void log_held(double t_s) const;
@@ -85,27 +81,20 @@ struct ObserverObject final : hnav_filter {
     void health(hnav_health* out) const override;
 
     const char* cannot_save() const override;
-    std::size_t state_size() const override { return filter.state_size(); }
-    void save(void* buffer) const override { filter.save(buffer); }
-    LoadOutcome load(const void* buffer, std::size_t bytes) override { return filter.load(buffer, bytes); }
     std::size_t snapshot_size() const override;
     void take_snapshot(void* buffer) const override;
     bool restore_snapshot(const void* buffer, std::size_t bytes) override;
     bool release_snapshot(const void* buffer, std::size_t bytes) const override;
 
-    int nx() const override { return filter.nx(); }
-    void get_x(double* x) const override;
-    void nominal_x(double* x) const override { filter.model().nominal(x); }
     hnav_status derivative(const double* x, double* dx) const override;
     hnav_status derivative_along(const double*, const double*, double*) const override {
         return unsupported("directional derivative");
     }
     double next_event_s() const override;
     Outcome jump(double t_s, const double* x_minus, double* x_plus) override;
-    void show(double t_s, const double* x) override { filter.show(t_s, x); }
 
 private:
-    hnav_status log_trouble(const char* what) const;
+    hnav_status log_trouble(const char* what, double at_s, const char* happened) const;
     hnav_status no_fixed_sensors() const {
         return fail(HNAV_ERROR_UNSUPPORTED, "the sensors of an observer are those of its plant: hnav_observer_push and its kin");
     }

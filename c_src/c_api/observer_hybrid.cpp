@@ -8,8 +8,6 @@ using hnav::ObserverObject;
 
 namespace hnav {
 
-void ObserverObject::get_x(double* x) const { std::copy_n(filter.newest().x(), filter.nx(), x); }
-
 hnav_status ObserverObject::derivative(const double* x, double* dx) const {
     if (!filter.model().flows(filter.newest())) {
         std::fill_n(dx, filter.nx(), 0.0);

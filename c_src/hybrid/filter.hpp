@@ -209,6 +209,7 @@ public:
 
     // -------------------------------------------------------------------------------------------- hybrid view
 
+    void get_x(double* x) const { std::memcpy(x, x_of(newest()), nx() * sizeof(double)); }
     void derivative(const double* x, double* dx) const { model_.flow(newest(), x, dx); }
 
     double next_event_s() const {
@@ -714,11 +715,10 @@ private:
         settings_.propagator.bounds_rate = Model::bounds_rate;
         if constexpr (reads_in_part<Model>) settings_.propagator.read = Model::read;
         if constexpr (may_cross<Model>) settings_.propagator.looks_inside = model_.crosses();
-        if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = model_.may_be_stiff();
+        if constexpr (may_stiffen<Model>) settings_.propagator.may_be_stiff = true;
         if (Model::has_closed_form) settings_.propagator.max_steps = max_steps_beside_closed_form;
         Propagator::Settings settings = settings_.propagator;
-        if constexpr (may_stiffen<Model>)
-            if (model_.may_be_stiff()) settings.max_steps = std::min(Model::max_explicit_steps, settings.max_steps);
+        if constexpr (may_stiffen<Model>) settings.max_steps = std::min(Model::max_explicit_steps, settings.max_steps);
         const Context context{&model_, &queue_.after(0)};
         const bool made = propagator_.create(nx(), flow, settings, &context, x_of(*context.held));
         settings_.propagator.atol = nullptr;

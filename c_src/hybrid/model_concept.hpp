@@ -47,7 +47,6 @@
 //     bool flow_stiffly(State&, double interval_s, Propagator& counts) const     the flow over an interval by a solver of its own,
 //                                                         where the integrator ran out of steps, or is_stiff; false: the state
 //                                                         is of no use
-//         bool may_be_stiff() const                       whether it has one
 //         bool is_stiff(const State&) const
 //         bool by_points() const                          the flow goes by sigma points altogether:
 //         bool flow_by_points(State&, double interval_s, Propagator&, const void* context) const
@@ -121,7 +120,7 @@ using TurnBack = decltype(object<const M>().turn_back(object<State<M>>(), 0.0));
 template <class M>
 using Crosses = decltype(object<const M>().crosses());
 template <class M>
-using Stiff = decltype(object<const M>().may_be_stiff());
+using Stiff = decltype(object<const M>().is_stiff(object<const State<M>>()));
 template <class M>
 using Hold = decltype(object<const M>().hold(object<State<M>>(), 0.0),
                       object<const M>().miss(object<State<M>>(), object<const Event<M>>()), object<const M>().open_interval());
