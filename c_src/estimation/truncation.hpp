@@ -7,6 +7,10 @@
 
 namespace hnav {
 
+// Of a standard normal number: its density, and the probability that it is below x.
+inline double normal_density(double x) { return std::exp(-0.5 * x * x) / std::sqrt(2 * M_PI); }
+inline double normal_below(double x) { return 0.5 * std::erfc(-x / M_SQRT2); }
+
 struct CutNormal {
     double mean, variance;
 };
@@ -23,9 +27,7 @@ inline CutNormal cut_normal(double a, double b) {
         const double widest = std::isinf(a) ? HUGE_VAL : b - a;
         return {std::max(b + 1 / b, b - 0.5 * widest), std::min(1 / (b * b), widest * widest / 12)};
     }
-    const auto density = [](double x) { return std::isinf(x) ? 0 : std::exp(-0.5 * x * x) / std::sqrt(2 * M_PI); };
-    const auto below = [](double x) { return 0.5 * std::erfc(-x / M_SQRT2); };
-    const double mass = below(b) - below(a), at_a = density(a), at_b = density(b);
+    const double mass = normal_below(b) - normal_below(a), at_a = normal_density(a), at_b = normal_density(b);
     const double mean = (at_a - at_b) / mass;
     const double moment = (std::isinf(a) ? 0 : a * at_a) - (std::isinf(b) ? 0 : b * at_b);
     return {mean, std::clamp(1 + moment / mass - mean * mean, 0.0, 1.0)};

@@ -1,5 +1,7 @@
 // An event of the filter: inputs, then the sensors of the instant together, in each part of the estimate.
+#include "estimation/gate.hpp"
 #include "estimation/mixture.hpp"
+#include "estimation/readiness.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -187,8 +189,8 @@ void Model::gate(State& s, const Event& event, double* inflation) const {
         double nis = v[at.of_sensor(k, Layout::nis)];
         inflation[k] = variance_factor(s, event, k);
         if (std::isinf(inflation[k])) continue;
-        if (p.gate_nis[k] > 0 && nis > p.gate_nis[k] && v[at.ready] != 0) {
-            inflation[k] *= nis / p.gate_nis[k];
+        if (const double beyond = beyond_gate(nis, p.gate_nis[k]); beyond > 1 && v[at.ready] != 0) {
+            inflation[k] *= beyond;
             v[at.of_sensor(k, Layout::gated)] += 1;
             nis = p.gate_nis[k];
         }
@@ -391,8 +393,8 @@ bool Model::gather_information(State& s, const double* before) const {
     for (int i = 0; i < p.N; ++i) {
         const double after = work_->P[i * p.N + i], sigma = p.ready_sigma[i] / to_unit(s, i);
         double& information = s.x()[layout().information + i];
-        if (after > 0 && before[i] > after) information += 1 / after - 1 / before[i];
-        enough = enough && (std::isinf(sigma) || information > 1 / (sigma * sigma));
+        information += information_gained(before[i], after);
+        enough = enough && (std::isinf(sigma) || is_earned(information, sigma));
     }
     return enough;
 }

@@ -231,8 +231,6 @@ Model::Stop Model::go_step_by_step(Run& run, double* part, double length_s) cons
             std::copy_n(x, numbers, part);
             return done;
         }
-        const int count = problem_->sizes.indicators;
-        std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
     }
     std::copy_n(x, numbers, part);
     return Stop::end;
@@ -253,7 +251,10 @@ bool Model::between(const Run& run, const double* part, double s, double* x) con
     return stiff_->between(s, x);
 }
 
+// The indicators at its end are those at the beginning of the next one.
 Model::Stop Model::end_of_step(const Run& run, const double* part) const {
+    const int count = problem_->sizes.indicators;
+    std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
     bool wants_event = false;
     const Point here = point(run.s, part, work_->step_to);
     if (!ask(plant_->step_done(here, &wants_event), Function::event, here.t_s, nullptr, 0)) return Stop::failed;

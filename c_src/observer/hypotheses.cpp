@@ -31,11 +31,9 @@ struct Cuts {
     Cut not_yet, has_been;
 };
 
-double density(double a) { return std::exp(-0.5 * a * a) / std::sqrt(2 * M_PI); }
-double below(double a) { return 0.5 * std::erfc(-a / M_SQRT2); }
-
 Cuts cuts_at(double a) {
-    const double not_yet = below(a), has_been = below(-a), l = density(a) / not_yet, l_jumped = density(a) / has_been;
+    const double not_yet = normal_below(a), has_been = normal_below(-a), density = normal_density(a);
+    const double l = density / not_yet, l_jumped = density / has_been;
     return {{not_yet, l, l * (l + a)}, {has_been, -l_jumped, l_jumped * (l_jumped - a)}};
 }
 
@@ -72,16 +70,20 @@ bool Model::slope_leads_away(double after_s) const {
     return fastest_rate_of_A() * after_s > modes;
 }
 
+// run.present: X and P at the end of the interval, the slope and the guards there.
+bool Model::look_from_end(Run& run, const double* part) const {
+    Passage& e = run.present;
+    const double now_s = run.s.x()[layout().t] + run.interval_s;
+    expected(part, e.X);
+    unpack_upper(part + layout().P, problem_->N, 1, e.P);
+    return slope(run.s, now_s, e.X, e.slope) && gradients(run.s, now_s, e.X, e.slope);
+}
+
 // Linear extrapolation fails for a stiff plant: sigma points from the beginning of the interval replace the split.
 bool Model::spread_stiffly(Run& run, const double* part, bool uncertain) const {
-    const Problem& p = *problem_;
-    Passage& e = run.present;
     if (!uncertain) {
-        const double now_s = run.s.x()[layout().t] + run.interval_s;
-        expected(part, e.X);
-        unpack_upper(part + layout().P, p.N, 1, e.P);
-        if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
-        if (next_guard(part, e.P, true) < 0) return true;
+        if (!look_from_end(run, part)) return false;
+        if (next_guard(part, run.present.P, true) < 0) return true;
     }
     std::copy_n(work_->beginning, work_->layout.part_numbers, work_->segment);
     give_up(run, -1, -1);
@@ -122,24 +124,13 @@ double* Model::part_after_jump(const Run& run, const double* part) const {
     return jumped;
 }
 
-// A second part for the case that the event occurs, after to_s at this distance.
-bool Model::split_after_jump(Run& run, double* part, double to_s, double distance) const {
-    Passage& e = run.present;
-    double *jumped = part_after_jump(run, part), *J = work_->slope_here;
-    for (int i = 0; i < problem_->N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
-    expected(part, e.X);
-    return split(run, part, jumped, e, distance, J);
-}
-
 // The event may have occurred: the guard is reached along the flow, the reset applied there, and the flow reversed.
 bool Model::split_at_next(Run& run, double* part) const {
     const Problem& p = *problem_;
     const Layout& at = layout();
     Passage& e = run.present;
     const double now_s = run.s.x()[at.t] + run.interval_s;
-    expected(part, e.X);
-    unpack_upper(part + at.P, p.N, 1, e.P);
-    if (!slope(run.s, now_s, e.X, e.slope) || !gradients(run.s, now_s, e.X, e.slope)) return false;
+    if (!look_from_end(run, part)) return false;
     const int guard = next_guard(part, e.P, false);
     if (guard < 0) return split_by_noise(run, part);
     const double distance = std::fabs(work_->z[guard]);
@@ -158,7 +149,10 @@ bool Model::split_at_next(Run& run, double* part) const {
     if (e.silent) return ask(plant_->recall(part + at.memory), Function::event, now_s, nullptr, 0);
 
     for (int i = 0; !falls && i < p.N; ++i) e.gradient[i] = -e.gradient[i];
-    return split_after_jump(run, part, to_s, distance);
+    double *jumped = part_after_jump(run, part), *J = work_->slope_here;
+    for (int i = 0; i < p.N; ++i) J[i] = e.after[i] - to_s * e.slope_after[i];
+    expected(part, e.X);
+    return split(run, part, jumped, e, distance, J);
 }
 
 // run.present.X moves along its slope to a guard and minimally beyond, after_s from now.
@@ -270,7 +264,7 @@ bool Model::have_event_on_guard(Run& run, double* part, int guard) const {
     double beyond = 0;
     for (int i = 0; i < p.N; ++i) {
         e.gradient[i] = sign * work_->gradients[guard * p.N + i];
-        beyond = std::max(beyond, std::fabs(e.gradient[i]) * probe_step * std::max(std::fabs(e.X[i]), p.scale[i]));
+        beyond = std::max(beyond, std::fabs(e.gradient[i]) * p.step(i, e.X[i]));
     }
     times_rows(e.P, p.N, p.N, e.gradient, work_->x);
     const double by = (std::fabs(work_->z[guard]) + 2 * beyond) / variance_along(e.gradient, e.P, p.N);

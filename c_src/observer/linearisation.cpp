@@ -221,11 +221,8 @@ void Linearisation::put(const Moved& moved, int j, const double* up, const doubl
     }
 }
 
-// The cube root of the rounding, where rounding and truncation errors are equal.
-double Linearisation::step(int j, double x) const { return 6e-6 * std::max(std::fabs(x), problem_.scale[j]); }
+double Linearisation::above(int j, double x) const { return std::min(x + problem_.step(j, x), problem_.high[j]); }
 
-double Linearisation::above(int j, double x) const { return std::min(x + step(j, x), problem_.high[j]); }
-
-double Linearisation::below(int j, double x) const { return std::max(x - step(j, x), problem_.low[j]); }
+double Linearisation::below(int j, double x) const { return std::max(x - problem_.step(j, x), problem_.low[j]); }
 
 } // namespace hnav::observer

@@ -43,7 +43,6 @@ private:
     Answer column(Plant& plant, const Moved& moved, int column, double* J);
     Answer evaluate(Plant& plant, const Moved& moved, double* values) const;
     void put(const Moved& moved, int column, const double* up, const double* down, double width, double* J) const;
-    double step(int column, double x) const;
     double above(int column, double x) const;
     double below(int column, double x) const;
 

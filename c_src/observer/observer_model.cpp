@@ -99,23 +99,6 @@ bool Model::ask_A(Answer answer, double t_s) const {
     return ask(answer, Function::derivatives, t_s, &not_a_number, 1);
 }
 
-// x: of a part, while it flows.
-Point Model::point(const State& s, const double* part, const double* x) const {
-    const Problem& p = *problem_;
-    const Layout& at = layout();
-    std::copy_n(s.x() + at.inputs, p.known, work_->u);
-    std::copy_n(x + p.n, p.sizes.unknown_inputs, work_->u + p.known);
-    return {s.x()[at.t] + part[at.elapsed] + x[at.clock], x, work_->u, part + at.parameters};
-}
-
-// X: all estimated numbers.
-Point Model::point_of(const State& s, double t_s, const double* X) const {
-    const Problem& p = *problem_;
-    std::copy_n(s.x() + layout().inputs, p.known, work_->u);
-    std::copy_n(X + p.n, p.sizes.unknown_inputs, work_->u + p.known);
-    return {t_s, X, work_->u, X + p.moving};
-}
-
 int Model::flow(const State& s, const double* x, double* dx, const Piece& piece) const {
     const Problem& p = *problem_;
     const Layout& at = layout();

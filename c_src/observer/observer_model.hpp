@@ -13,6 +13,7 @@
 #include "hnav/options/observer.h"
 #include "hybrid/model_concept.hpp"
 #include "hybrid/propagator.hpp"
+#include "maths/row_major.hpp"
 #include "observer/linearisation.hpp"
 
 #include <algorithm>
@@ -138,7 +139,6 @@ public:
     bool indicators_at(const State& s, const double* x, double* z) const;
     // Steps of the explicit solver in an interval beyond which the plant is treated as stiff.
     static constexpr long max_explicit_steps = 500;
-    bool may_be_stiff() const { return true; }
     bool by_points() const { return options_.propagation == HNAV_OBSERVER_PROPAGATION_SIGMA_POINTS || problem_->sizes.steps; }
     bool remembers() const { return problem_->sizes.memory > 0; }
     bool flow_by_points(State& s, double interval_s, Propagator& propagator) const;
@@ -160,9 +160,7 @@ public:
     };
     Summary parts(const State& s) const;
 
-    // For a smoother: number of the instant (the same while it is corrected again), and whether the estimate has begun.
-    double instant(const State& s) const { return s.x()[layout().events]; }
-    // Of X, untruncated, just after an event: mean (N) and covariance (N x N). With the instant before: how far the mean of X there moves
+    // For a smoother, of X, untruncated, just after an event: mean (N) and covariance (N x N). With the instant before: how far the mean of X there moves
     // by what came since (N), its covariance then (N x N), and its covariance with X now (N x N, rows of the instant before).
     struct Joint {
         double *X, *P, *moved, *origin_P, *C;
@@ -254,8 +252,9 @@ private:
 
     // observer_model.cpp
     void add_decays() const;
-    Point point(const State& s, const double* part, const double* x) const;
-    Point point_of(const State& s, double t_s, const double* X) const;
+    Point point_at(const State& s, double t_s, const double* moving, const double* parameters) const;
+    Point point(const State& s, const double* part, const double* x) const; // x: of a part, while it flows
+    Point point_of(const State& s, double t_s, const double* X) const { return point_at(s, t_s, X, X + problem_->moving); }
     void flow_of_matrices(double usual_s, const double* x, double* dx) const;
     template <int fixed_moving, int fixed_N>
     void multiply_row(int i, const double* with, double* out) const;
@@ -370,7 +369,7 @@ private:
     };
     // Within this distance it is not crossed for sure.
     static constexpr double near_sigma = 4;
-    static constexpr double probe_step = 6e-6; // of saltation.cpp, as in linearisation.cpp
+    static constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets must stay correctable
     void note_guard(const double* S, const double* gradient, double* to) const;
     void note_open(Run& run) const;
     void begin_again() const;
@@ -381,13 +380,13 @@ private:
     bool close_groups(const Run& run, Parts& groups, double noise_s, double smallest) const;
 
     // hypotheses.cpp
+    bool look_from_end(Run& run, const double* part) const;
     bool split_near_guard(Run& run, double* part) const;
     bool slope_leads_away(double after_s) const;
     bool spread_stiffly(Run& run, const double* part, bool uncertain) const;
     bool split_at_newest(Run& run, double* part) const;
     bool split_at_next(Run& run, double* part) const;
     double* part_after_jump(const Run& run, const double* part) const;
-    bool split_after_jump(Run& run, double* part, double to_s, double distance) const;
     double noise_along(int guard) const;
     bool is_led_by_noise(int guard, double variance) const;
     int guard_of_noise(const double* part, const double* P, double since_s, Absorption* crossed) const;
@@ -414,31 +413,16 @@ private:
     hnav_observer_options options_{};
 };
 
-// Of g'X, where X has the covariance P, n x n.
-inline double variance_along(const double* g, const double* P, int n) {
-    double variance = 0;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) variance += g[i] * P[i * n + j] * g[j];
-    return variance;
+inline Point Model::point_at(const State& s, double t_s, const double* moving, const double* parameters) const {
+    const Problem& p = *problem_;
+    std::copy_n(s.x() + layout().inputs, p.known, work_->u);
+    std::copy_n(moving + p.n, p.sizes.unknown_inputs, work_->u + p.known);
+    return {t_s, moving, work_->u, parameters};
 }
 
-// The first rows of M v, of a v whose other numbers stay.
-inline void times_rows(const double* M, int rows, int n, const double* v, double* out) {
-    for (int i = 0; i < rows; ++i) {
-        out[i] = 0;
-        for (int k = 0; k < n; ++k) out[i] += M[i * n + k] * v[k];
-    }
-}
-
-// Upper triangles, row by row.
-inline void unpack_upper(const double* upper, int n, double factor, double* full) {
-    for (int i = 0; i < n; ++i)
-        for (int j = i; j < n; ++j) full[i * n + j] = full[j * n + i] = factor * *upper++;
-}
-
-inline void pack_upper(const double* full, int n, double* upper) {
-    for (int i = 0; i < n; ++i)
-        for (int j = i; j < n; ++j) *upper++ = full[i * n + j];
+inline Point Model::point(const State& s, const double* part, const double* x) const {
+    const Layout& at = layout();
+    return point_at(s, s.x()[at.t] + part[at.elapsed] + x[at.clock], x, part + at.parameters);
 }
 
 } // namespace hnav::observer

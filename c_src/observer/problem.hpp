@@ -10,6 +10,8 @@
 #include "observer/plant.hpp"
 #include "signals/sensor_check.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -44,6 +46,9 @@ public:
     // the logarithm; the other values here are then of the logarithm, except ready_sigma.
     double *low, *high, *is_log;
     bool bounded = false; // any bound, any logarithm
+
+    // Of a difference: the cube root of the rounding, where rounding and truncation errors are equal.
+    double step(int i, double x) const { return 6e-6 * std::max(std::fabs(x), scale[i]); }
 
 private:
     bool check(const Statistics& given, Refusal& why) const;

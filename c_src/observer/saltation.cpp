@@ -14,7 +14,6 @@ namespace hnav::observer {
 namespace {
 
 constexpr double rate_step = 1e-5; // of an interval
-constexpr double floor_step = 1e-6; // of a scale: a direction that a reset sets must stay correctable
 constexpr double grazing_1_s = 1e-3;
 
 } // namespace
@@ -55,7 +54,7 @@ bool Model::gradients(const State& s, double t_s, const double* X, const double*
     double *moved = work_->probe, *above = work_->z_above, *below = work_->z;
     std::copy_n(X, p.N, moved);
     for (int k = 0; k < p.N; ++k) {
-        const double step = probe_step * std::max(std::fabs(X[k]), p.scale[k]), up = X[k] + step, down = X[k] - step;
+        const double step = p.step(k, X[k]), up = X[k] + step, down = X[k] - step;
         moved[k] = up;
         if (!indicators(s, t_s, moved, above)) return false;
         moved[k] = down;
@@ -226,12 +225,11 @@ bool Model::changes_nothing(const Run& run, bool with_matrix) const {
 bool Model::probe(const State& s, double t_s, Passage& e) const {
     const Problem& p = *problem_;
     double largest = 0;
-    for (int k = 0; k < p.N; ++k)
-        largest = std::max(largest, std::fabs(e.gradient[k]) * probe_step * std::max(std::fabs(e.X[k]), p.scale[k]));
+    for (int k = 0; k < p.N; ++k) largest = std::max(largest, std::fabs(e.gradient[k]) * p.step(k, e.X[k]));
     const double margin_s = e.shifts ? 2 * largest / std::fabs(e.rate) : 0;
     double *up = work_->probe, *down = work_->probe + p.N;
     for (int k = 0; k < p.N; ++k) {
-        const double step = probe_step * std::max(std::fabs(e.X[k]), p.scale[k]);
+        const double step = p.step(k, e.X[k]);
         for (const double by : {step, -step}) {
             const double shift_s = e.shifts ? margin_s - e.gradient[k] * by / e.rate : 0;
             if (!one_probe(s, t_s, e, k, by, shift_s)) return false;
@@ -258,22 +256,16 @@ bool Model::one_probe(const State& s, double t_s, const Passage& e, int number, 
 // Xi P Xi' plus the floor, to the part, the difference to its bounds, and its joint moments.
 void Model::carry(const Passage& e, const double* P, double* part) const {
     const Problem& p = *problem_;
-    double *product = work_->product, *to = part + layout().P, *beyond = part + layout().beyond;
+    double *carried = work_->Qd, *beyond = part + layout().beyond;
     std::copy_n(beyond, p.N, work_->cut);
     times_rows(e.Xi, p.N, p.N, work_->cut, beyond);
-    for (int i = 0; i < p.N; ++i)
-        for (int j = 0; j < p.N; ++j) {
-            double sum = 0;
-            for (int k = 0; k < p.N; ++k) sum += e.Xi[i * p.N + k] * P[k * p.N + j];
-            product[i * p.N + j] = sum;
-        }
-    for (int i = 0; i < p.N; ++i)
-        for (int j = i; j < p.N; ++j) {
-            const double floor = floor_step * p.scale[i];
-            double sum = i == j ? floor * floor : 0;
-            for (int k = 0; k < p.N; ++k) sum += product[i * p.N + k] * e.Xi[j * p.N + k];
-            *to++ = sum;
-        }
+    std::fill_n(carried, p.N * p.N, 0.0);
+    for (int i = 0; i < p.N; ++i) {
+        const double floor = floor_step * p.scale[i];
+        carried[i * p.N + i] = floor * floor;
+    }
+    add_congruence(p.N, e.Xi, P, work_->product, carried);
+    pack_upper(carried, p.N, part + layout().P);
     move_joint(e.Xi, p.N, part);
 }
 

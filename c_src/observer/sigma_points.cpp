@@ -9,26 +9,6 @@
 #include <cmath>
 
 namespace hnav::observer {
-namespace {
-
-// L L' = P, of a P that may be singular: a column without variance is zero.
-void root_of(int n, const double* P, double* L) {
-    std::fill_n(L, n * n, 0.0);
-    for (int j = 0; j < n; ++j) {
-        double left = P[j * n + j];
-        for (int k = 0; k < j; ++k) left -= L[j * n + k] * L[j * n + k];
-        if (!(left > 1e-14 * P[j * n + j])) continue;
-        L[j * n + j] = std::sqrt(left);
-        for (int i = j + 1; i < n; ++i) {
-            double sum = P[i * n + j];
-            for (int k = 0; k < j; ++k) sum -= L[i * n + k] * L[j * n + k];
-            L[i * n + j] = sum / L[j * n + j];
-        }
-    }
-}
-
-} // namespace
-
 // With the implicit solver for a stiff plant, the same for all points of an interval.
 bool Model::flow_one_point(State& s, double interval_s, Propagator& propagator, double* x) const {
     double* v = s.x();
@@ -76,7 +56,7 @@ bool Model::flow_by_points(State& s, double interval_s, Propagator& propagator) 
     flow_joint(v);
     covariance(s, v, v + at.P, P);
     for (int i = 0; i < N; ++i) P[i * N + i] += 0.5 * interval_s * p.noise[i];
-    root_of(N, P, L);
+    root_of(N, P, 1e-14, L);
     begin_cubature_joint(L, v);
     expected_uncut(v, v, mean);
     std::copy_n(v, nx(), work_->step_from);

@@ -3,7 +3,7 @@
 #include "base/memory.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 namespace hnav::observer {
 
@@ -67,18 +67,8 @@ void Smoother::keep_link() {
 void Smoother::solve_gain(double* G) {
     constexpr double singular = 1e-13; // of a variance
     const int N = N_;
-    double* L = root_;
-    for (int j = 0; j < N; ++j) {
-        double left = joint_.P[j * N + j];
-        for (int k = 0; k < j; ++k) left -= L[j * N + k] * L[j * N + k];
-        const bool own = left > singular * joint_.P[j * N + j];
-        L[j * N + j] = own ? std::sqrt(left) : 0;
-        for (int i = j + 1; i < N; ++i) {
-            double sum = joint_.P[i * N + j];
-            for (int k = 0; k < j; ++k) sum -= L[i * N + k] * L[j * N + k];
-            L[i * N + j] = own ? sum / L[j * N + j] : 0;
-        }
-    }
+    const double* L = root_;
+    root_of(N, joint_.P, singular, root_);
     for (int r = 0; r < N; ++r) {
         double* g = G + r * N;
         for (int i = 0; i < N; ++i) {
@@ -105,17 +95,9 @@ bool Smoother::go_back_to(std::size_t row) {
         const double *b = link(at_ - 1), *A = b + N_, *G = A + Layout::triangle(N_);
         times_rows(G, N_, N_, X, before_);
         for (int i = 0; i < N_; ++i) X[i] = b[i] + before_[i];
-        for (int i = 0; i < N_; ++i)
-            for (int j = 0; j < N_; ++j) {
-                product_[i * N_ + j] = 0;
-                for (int k = 0; k < N_; ++k) product_[i * N_ + j] += G[i * N_ + k] * P[k * N_ + j];
-            }
-        unpack_upper(A, N_, 1, P);
-        for (int i = 0; i < N_; ++i)
-            for (int j = i; j < N_; ++j) {
-                for (int k = 0; k < N_; ++k) P[i * N_ + j] += product_[i * N_ + k] * G[j * N_ + k];
-                P[j * N_ + i] = P[i * N_ + j];
-            }
+        unpack_upper(A, N_, 1, root_);
+        add_congruence(N_, G, P, product_, root_);
+        std::swap(P, root_);
     }
     return true;
 }

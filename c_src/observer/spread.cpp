@@ -5,6 +5,7 @@
 //
 // The first two columns of a root of P point along the guards. In their plane, where the plant is not smooth, the points are even.
 // For the other columns each point has one, as cubature points do. Half of the noise enters before, half after.
+#include "estimation/truncation.hpp"
 #include "observer/observer_model.hpp"
 
 #include <algorithm>
@@ -13,14 +14,12 @@
 namespace hnav::observer {
 namespace {
 
-constexpr double floor_step = 1e-6; // of a scale, as in saltation.cpp
-
 // x with Phi(x) = p > 0.5
 double normal_quantile(double p) {
     double low = 0, high = 10;
     for (int k = 0; k < 60; ++k) {
         const double middle = 0.5 * (low + high);
-        (0.5 * std::erfc(-middle / M_SQRT2) < p ? low : high) = middle;
+        (normal_below(middle) < p ? low : high) = middle;
     }
     return 0.5 * (low + high);
 }

@@ -16,25 +16,6 @@ constexpr double calm = 20;
 // If the implicit solver needs a larger share of the explicit one's steps, the plant is not stiff but fast.
 constexpr double worth_while = 0.3;
 
-void multiply(int n, const double* a, const double* b, double* out) {
-    std::fill_n(out, n * n, 0.0);
-    for (int i = 0; i < n; ++i)
-        for (int k = 0; k < n; ++k)
-            if (const double factor = a[i * n + k]; factor != 0)
-                for (int j = 0; j < n; ++j) out[i * n + j] += factor * b[k * n + j];
-}
-
-// a b a'
-void congruence(int n, const double* a, const double* b, double* work, double* out) {
-    multiply(n, a, b, work);
-    for (int i = 0; i < n; ++i)
-        for (int j = i; j < n; ++j) {
-            double sum = 0;
-            for (int k = 0; k < n; ++k) sum += work[i * n + k] * a[j * n + k];
-            out[i * n + j] = out[j * n + i] = sum;
-        }
-}
-
 // The largest sum of magnitudes in a row of D^-1 a D. D: the diagonal matrix of the scales.
 double largest_row(int n, const double* a, const double* scale) {
     double largest = 0;
@@ -62,10 +43,7 @@ int Model::StiffRun::jacobian(const void* context, double s, const double* x, do
 int Model::stiff_flow(const StiffRun& run, double s, const double* x, double* dx, double* J) const {
     const Problem& p = *problem_;
     if (!all_finite(x, p.moving)) return int(Answer::elsewhere);
-    double* X = work_->slope_here;
-    std::copy_n(x, p.moving, X);
-    std::copy_n(run.part + layout().parameters, p.sizes.parameters, X + p.moving);
-    const Point here = point_of(*run.s, run.begin_s + s, X);
+    const Point here = point_at(*run.s, run.begin_s + s, x, run.part + layout().parameters);
     const Answer answer = dx ? plant_->evaluate(Function::derivatives, here, dx)
                              : work_->linearisation.jacobian(*plant_, Function::derivatives, here, work_->A);
     const bool fine = dx ? ask(answer, Function::derivatives, here.t_s, dx, p.n) : ask_A(answer, here.t_s);
@@ -155,8 +133,6 @@ Model::Stop Model::go_stiffly(Run& run, double* part, double length_s) const {
         } else {
             whole = !with_matrices || add_step(of, part, from_s, to_s);
             stop = end_of_step(run, part);
-            const int count = problem_->sizes.indicators;
-            std::copy_n(work_->z_inside + 4 * count, count, work_->z_inside);
         }
     }
     run.stiffly = false;
@@ -237,7 +213,8 @@ bool Model::add_matrices(double* part, double by_s, double usual_s) const {
         for (int i = 0; i < all; ++i) Phi[i] += term[i] = product[i] * piece_s / k;
     }
     for (; doublings > 0; --doublings) {
-        congruence(N, Phi, Q, product, next);
+        std::fill_n(next, all, 0.0);
+        add_congruence(N, Phi, Q, product, next);
         for (int i = 0; i < all; ++i) Q[i] += next[i];
         multiply(N, Phi, Phi, next);
         std::copy_n(next, all, Phi);
@@ -249,7 +226,8 @@ bool Model::add_matrices(double* part, double by_s, double usual_s) const {
     multiply(N, Phi, term, next);
     std::copy_n(next, p.moving * N, part + at.S);
     unpack_upper(part + at.Qd, N, 1, term);
-    congruence(N, Phi, term, product, next);
+    std::fill_n(next, all, 0.0);
+    add_congruence(N, Phi, term, product, next);
     for (int i = 0; i < all; ++i) next[i] += Q[i];
     pack_upper(next, N, part + at.Qd);
     return true;
