@@ -10,7 +10,7 @@ import numpy as np
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
-from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
+from hnav.native.arrays import Array, BoolArray, ByteArray, Record, named
 from hnav.native.library import enumerators
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ class Field(Record):
     """The same time for the heading, kept when the reference changes (ahrs)."""
     reference_changes: int
     """Number of reference fields after the first one (ahrs)."""
-    gate: Annotated[str, Named(VERDICTS)]
+    gate: Annotated[str, named(VERDICTS)]
     """Verdict on the last field: one of VERDICTS."""
     at_rest: bool
     """The filter detected that the body lies still (ahrs)."""

@@ -20,7 +20,7 @@ import numpy.typing as npt
 
 from hnav.errors import HnavValueError
 from hnav.io.sensors import Correction
-from hnav.native.arrays import Array, Named, Record, Shaped, address, rows_of_three
+from hnav.native.arrays import Array, Record, address, named, rows_of_three, shaped
 from hnav.native.library import failure, library, message_buffer, new, text
 from hnav.native.options import OptionSet
 from hnav.units import TESLA_PER
@@ -46,7 +46,7 @@ class MagnetometerCalibration(Record):
 
     offset: Array
     """3: hard iron, in the unit and axes of the field."""
-    matrix: Annotated[Array, Shaped(3, 3)]
+    matrix: Annotated[Array, shaped(3, 3)]
     """3 x 3, determinant 1: the strength is kept on the mean over all directions."""
     strength: float
     """Strength of the corrected field, in its unit."""
@@ -79,7 +79,7 @@ class MagnetometerCalibration(Record):
     """Of these, rows that saw a new attitude."""
     force_samples: int
     """Of these, rows whose force was taken for gravity."""
-    fit: Annotated[str, Named(FITS)]
+    fit: Annotated[str, named(FITS)]
     """One of FITS."""
     offset_axes: int
     """Axes of the offset that are determined: 3, or 2 when the samples lie in a plane."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from hnav.native.arrays import Array, Counted, Each, Letters, Named, Record, Shaped
+from hnav.native.arrays import Array, Record, counted, each, letters, named, shaped
 from hnav.native.library import SENSORS, enumerators
 
 SENSOR_STATES = enumerators("hnav_sensor_state", "HNAV_SENSOR_STATE_")
@@ -47,7 +47,7 @@ class Innovation(Record):
     """3, of which the first `dimension` count: measured minus expected. Force and field are in units of gravity and of the
     reference strength, heading in rad; of the AHRS, force: minus the velocity in m/s, north and east, and the field is in
     navigation axes; of the INS m, m/s and rad, north, east, down."""
-    S: Annotated[Array, Shaped(3, 3)]
+    S: Annotated[Array, shaped(3, 3)]
     """3 x 3, of which `dimension` rows and columns count: its covariance, with the noise of the options; of the INS
     the diagonal."""
     nis: float
@@ -72,9 +72,9 @@ class Diagnostics(Record):
     """Root of the mean of the diagonal of Q on the bias."""
     newest_sample_s: float
     """Time of the newest used sample; NaN if there was none."""
-    used: Annotated[dict[str, int], Counted(SENSORS)]
+    used: Annotated[dict[str, int], counted(SENSORS)]
     """Samples used, by sensor."""
-    gated: Annotated[dict[str, int], Counted(SENSORS)]
+    gated: Annotated[dict[str, int], counted(SENSORS)]
     """Of those, with inflated noise; of the INS or left out: while the heading is not known, or as another field."""
     late: int
     """Samples refused: older than the committed estimate."""
@@ -115,13 +115,13 @@ class SensorHealth(Record):
     better is known, and the sigma of the attitude grows by what they may have missed.
     """
 
-    state: Annotated[str, Named(SENSOR_STATES)]
+    state: Annotated[str, named(SENSOR_STATES)]
     """ok; late: within the last second a sample was refused as older than the committed estimate; outlier: within the last
     second one lay far from those beside it; stuck: an axis repeats one value although the body moves; saturated: an axis is at
     the end of its range; missing: no sample yet, or none for a second and ten of its usual intervals."""
     since_s: float
     """Time at which the state began; NaN if it has not changed since the start."""
-    axes: Annotated[str, Letters("xyz")]
+    axes: Annotated[str, letters("xyz")]
     """Stuck or saturated now: "" or some of "xyz", of the sensor's axes turned to the body."""
     outliers: int
     """Samples so far."""
@@ -139,7 +139,7 @@ class SensorHealth(Record):
 class Health(Record):
     """The state of each sensor, and how often the filter started again."""
 
-    sensor: Annotated[dict[str, SensorHealth], Each(SENSORS, SensorHealth)]
+    sensor: Annotated[dict[str, SensorHealth], each(SENSORS, SensorHealth)]
     """By sensor."""
     times_lost: int
     """How often the attitude was initialised again, after a long gap or because the samples contradicted it."""

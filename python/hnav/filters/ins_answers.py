@@ -9,7 +9,7 @@ import numpy as np
 
 from hnav.filters.options import Options
 from hnav.filters.run_base import RunBase
-from hnav.native.arrays import Array, BoolArray, ByteArray, Named, Record
+from hnav.native.arrays import Array, BoolArray, ByteArray, Record, named
 from hnav.native.library import enumerators
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class Navigation(Record):
     """Estimated delay of the satellite fixes behind their time stamps."""
     sigma_latency_s: float
     """Standard deviation of latency_s."""
-    phase: Annotated[str, Named(PHASES)]
+    phase: Annotated[str, named(PHASES)]
     """One of PHASES."""
     tilt_ready: bool
     """Roll and pitch are determined: the filter reached a small sigma by samples, not by its start."""

@@ -72,57 +72,32 @@ def address(array: npt.NDArray[Any] | None) -> Any:
 # --------------------------------------------------------------------------------------------- records
 
 
-class Shaped:
-    """Annotates a field of a Record: its numbers have these axes."""
-
-    def __init__(self, *shape: int):
-        self.shape = shape
-
-    def __call__(self, numbers: Any) -> Array:
-        return np.array(list(numbers)).reshape(self.shape)
+# Annotations of the fields of a Record: each makes what Python has of what the library has.
 
 
-class Named:
-    """Annotates a field of a Record: a number in the library, a name in Python."""
-
-    def __init__(self, names: tuple[str, ...]):
-        self.names = names
-
-    def __call__(self, number: int) -> str:
-        return self.names[number]
+def shaped(*shape: int) -> Callable[[Any], Array]:
+    """Numbers with these axes."""
+    return lambda numbers: np.array(list(numbers)).reshape(shape)
 
 
-class Counted:
-    """Annotates a field of a Record with a count for each of these names."""
-
-    def __init__(self, names: tuple[str, ...]):
-        self.names = names
-
-    def __call__(self, counts: Any) -> dict[str, int]:
-        return dict(zip(self.names, counts))
+def named(names: tuple[str, ...]) -> Callable[[int], str]:
+    """A number in the library, a name in Python."""
+    return names.__getitem__
 
 
-class Each:
-    """Annotates a field of a Record with a Record of this class for each of these names."""
-
-    def __init__(self, names: tuple[str, ...], record: type[Record]):
-        self.names = names
-        self.record = record
-
-    def __call__(self, structs: Any) -> dict[str, Record]:
-        return dict(zip(self.names, map(self.record.read, structs)))
+def counted(names: tuple[str, ...]) -> Callable[[Any], dict[str, int]]:
+    """A count for each of these names."""
+    return lambda counts: dict(zip(names, counts))
 
 
-class Letters:
-    """Annotates a field of a Record whose bits, lowest first, stand for these letters; Python has the letters of the set
-    bits.
-    """
+def each(names: tuple[str, ...], record: type[R]) -> Callable[[Any], dict[str, R]]:
+    """A Record of this class for each of these names."""
+    return lambda structs: dict(zip(names, map(record.read, structs)))
 
-    def __init__(self, letters: str):
-        self.letters = letters
 
-    def __call__(self, bits: int) -> str:
-        return "".join(letter for i, letter in enumerate(self.letters) if bits >> i & 1)
+def letters(letters: str) -> Callable[[int], str]:
+    """Bits, lowest first, that stand for these letters; Python has the letters of the set bits."""
+    return lambda bits: "".join(letter for i, letter in enumerate(letters) if bits >> i & 1)
 
 
 class Record:
@@ -159,7 +134,7 @@ def _reader(hint: Any) -> Callable[[Any], Any]:
     if get_origin(hint) is Annotated:
         reader: Callable[[Any], Any] = get_args(hint)[1]
         return reader
-    return Shaped(-1) if hint == Array else hint
+    return shaped(-1) if hint == Array else hint
 
 
 def _equal(a: object, b: object) -> bool:
