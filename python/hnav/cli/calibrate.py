@@ -10,8 +10,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import say, show
-from hnav.cli.parameters import Strict, page_option
-from hnav.cli.recordings import Reading, warn, warnings_of, with_groups
+from hnav.cli.parameters import Strict, page_option, with_groups
+from hnav.cli.recordings import Reading, warn, warnings_of
 from hnav.cli.words import UsageError, finding_line
 from hnav.errors import HnavError
 from hnav.filters.calibration import MagnetometerCalibration, calibrate_magnetometer

@@ -8,7 +8,8 @@ from typing import Annotated
 import typer
 
 from hnav.cli.console import say
-from hnav.cli.recordings import Reading, lines_of, with_groups
+from hnav.cli.parameters import with_groups
+from hnav.cli.recordings import Reading, lines_of
 from hnav.cli.wanted import Choice
 from hnav.cli.words import with_options
 from hnav.filters.ins_recording import with_aids

@@ -19,8 +19,8 @@ import typer
 
 from hnav.cli.console import console, say, working
 from hnav.cli.filter import write_page
-from hnav.cli.parameters import Force, Settings, Strict, parse_settings
-from hnav.cli.recordings import Reading, lines_of, warn, warnings_of, with_groups
+from hnav.cli.parameters import Force, Settings, Strict, parse_settings, with_groups
+from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
 from hnav.filters.run_summary import rows, summary
 from hnav.fmi.engines import run_recording
 from hnav.fmi.results import Result

@@ -15,8 +15,8 @@ import typer
 
 from hnav.cli import navigation
 from hnav.cli.console import bar, counting, say, written
-from hnav.cli.parameters import Engine, Force, Gnss, Outages, Scheduler, Smooth, Strict, TruthFile, Workers, page_option
-from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, with_groups, z_points_up
+from hnav.cli.parameters import Engine, Force, Gnss, Scheduler, Smooth, Strict, Workers, page_option, with_groups
+from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, z_points_up
 from hnav.cli.wanted import Choice, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.attitude_answers import Run
@@ -68,8 +68,17 @@ def command(
     force: Force = False,
     smooth: Smooth = False,
     gnss: Gnss = None,
-    truth: TruthFile = None,
-    outages: Outages = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Of --filter ins: print its errors, by a CSV of t_s, lat_deg, lon_deg, alt_m, vn, ve, vd, roll, pitch, heading or q0 to q3",
+        ),
+    ] = None,
+    outages: Annotated[
+        str | None,
+        typer.Option(metavar="SECONDS,...", help="With --truth: artificial outages of the satellites, such as 10,30,60"),
+    ] = None,
     workers: Workers = 1,
     scheduler: Scheduler = None,
 ) -> None:

@@ -20,7 +20,8 @@ import typer
 from hnav.cli import navigation
 from hnav.cli.console import console
 from hnav.cli.live_filters import LiveFilter, live_filter
-from hnav.cli.recordings import Reading, lines_of, warn, with_groups
+from hnav.cli.parameters import with_groups
+from hnav.cli.recordings import Reading, lines_of, warn
 from hnav.cli.wanted import INS, Choice, Corrected
 from hnav.cli.words import UsageError, with_options
 from hnav.filters.options import Options

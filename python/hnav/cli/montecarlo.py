@@ -11,19 +11,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import counting, say, show
-from hnav.cli.parameters import (
-    AllowOutside,
-    Grade,
-    Scheduler,
-    SystemName,
-    SystemSensor,
-    SystemSettings,
-    SystemStep,
-    SystemStop,
-    Workers,
-    grade_or_sensor,
-    parse_system_settings,
-)
+from hnav.cli.parameters import Scheduler, Workers, with_groups
+from hnav.cli.system_options import Setup, SystemName
 from hnav.cli.words import Interrupted, UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.record_file import RecordFile
@@ -32,6 +21,7 @@ from hnav.systems.ssp_reader import read_system, system_files, system_path
 from hnav.systems.statistics import mean_interval, nees_bounds, ratio_interval
 
 
+@with_groups
 def command(
     system: SystemName,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Parquet, a row for each filter and run")],
@@ -39,18 +29,14 @@ def command(
     scenarios: Annotated[
         str | None, typer.Option(metavar="A,B,...", help="Scenarios (hnav systems NAME lists them); default: the system as it is")
     ] = None,
-    grade: Grade = None,
-    sensor: SystemSensor = None,
-    settings: SystemSettings = None,
     first_seed: Annotated[int, typer.Option(help="Seed of the first run; the others follow")] = 1,
-    step: SystemStep = None,
-    stop: SystemStop = None,
-    allow_outside: AllowOutside = False,
+    *,
+    setup: Setup,
     workers: Workers = 1,
     scheduler: Scheduler = None,
 ) -> None:
     named: list[str | None] = list(scenarios.split(",")) if scenarios else [None]
-    chosen, graded = parse_system_settings(settings), grade_or_sensor(grade, sensor)
+    chosen = setup.arguments()
     unfinished = out.with_name(f"{out.name}.unfinished")
     if out.exists() and not out.is_file():
         raise UsageError(f"--out {out}: is no file; finished runs are kept beside it until all are there")
@@ -58,13 +44,11 @@ def command(
     need_parquet()
     # An error of all runs is reported at once, not once for each run.
     for scenario in named:
-        with read_system(system_path(system), allow_outside) as read:
-            read.choose(graded, scenario)
+        with read_system(system_path(system), setup.allow_outside) as read:
+            read.choose(chosen["grade"], scenario)
             read.seed(first_seed)
-    work = jobs(
-        system, named, runs, first_seed, grade=graded, settings=chosen, step_s=step, stop_s=stop, allow_outside=allow_outside
-    )
-    with read_system(system_path(system), allow_outside) as read, finished_runs(unfinished, work, read) as kept:
+    work = jobs(system, named, runs, first_seed, **chosen)
+    with read_system(system_path(system), setup.allow_outside) as read, finished_runs(unfinished, work, read) as kept:
         table = run_and_keep(work, kept, workers, scheduler)
         write_table(table, out)
         if len(kept.records) == len(work):

@@ -10,8 +10,8 @@ import typer
 from rich.table import Table
 
 from hnav.cli.console import load_pages, say, show, working, written
-from hnav.cli.parameters import page_option
-from hnav.cli.recordings import Reading, with_groups
+from hnav.cli.parameters import page_option, with_groups
+from hnav.cli.recordings import Reading
 from hnav.filters.noise import ENTRIES, SensorNoise, figures, noise_of
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.sensors import write_sensor

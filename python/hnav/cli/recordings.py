@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
-from hnav.cli.parameters import (
-    AccelUnit,
-    Axes,
-    Columns,
-    DropRepeats,
-    FixesLate,
-    Format,
-    GyroUnit,
-    Hemisphere,
-    MagUnit,
-    Rate,
-    TimeUnit,
-)
+from hnav.cli.completion import among
+from hnav.cli.parameters import MagUnit, pairs
 from hnav.cli.words import UsageError, finding_line
 from hnav.io.aids import AidSamples
 from hnav.io.findings import SEVERAL, Finding
-from hnav.io.readers import read, read_aids
+from hnav.io.readers import FORMATS, read, read_aids
 from hnav.io.readers.aid_columns import ROLES
 from hnav.io.readers.pieces import LongTable, long_table
 from hnav.io.readers.streams import Wishes
@@ -41,32 +29,53 @@ UPWARD = 0.7
 """Share of the mean force along z."""
 
 
-def pairs(option: str, texts: list[str] | None) -> dict[str, str]:
+def roles(option: str, texts: list[str] | None) -> dict[str, str]:
     """NAME=VALUE each, or several with commas between, to values by name. Raises UsageError."""
-    found = {}
-    for text in (part for several in texts or [] for part in SEVERAL.split(several)):
-        name, separator, value = text.partition("=")
-        if not (separator and name.strip() and value.strip()):
-            raise UsageError(f"{option} {text}: write NAME=VALUE")
-        found[name.strip()] = value.strip()
-    return found
+    return pairs(option, [part for several in texts or [] for part in SEVERAL.split(several)])
 
 
 @dataclass(frozen=True)
 class Reading:
     """How to read and check a recording: the options of each command that reads one."""
 
-    format: Format = None
-    columns: Columns = None
-    gyro_unit: GyroUnit = None
-    accel_unit: AccelUnit = None
+    format: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Format of the recording, if it is not recognised: {', '.join(FORMATS)}",
+            autocompletion=among(*FORMATS),
+        ),
+    ] = None
+    columns: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ROLE=NAME",
+            help="Which column is t_s, gx to mz, lat_deg, ...; -NAME negates; of a bag, imu=TOPIC, mag=TOPIC and gnss=TOPIC; with --gnss, lat_deg and other aids are columns of that file, and gnss.t_s its times",
+        ),
+    ] = None
+    gyro_unit: Annotated[
+        str | None, typer.Option(metavar="UNIT", help="Of the rates: rad/s, deg/s or mdeg/s, whatever the file says")
+    ] = None
+    accel_unit: Annotated[str | None, typer.Option(metavar="UNIT", help="Of the force: m/s2, g or mg")] = None
     mag_unit: MagUnit = None
-    time_unit: TimeUnit = None
-    rate_hz: Rate = None
-    axes: Axes = None
-    drop_repeats: DropRepeats = False
-    fixes_late_s: FixesLate = 0.0
-    hemisphere: Hemisphere = None
+    time_unit: Annotated[str | None, typer.Option(metavar="UNIT", help="Of the times: s, ms, us or ns")] = None
+    rate_hz: Annotated[
+        float | None, typer.Option("--rate", metavar="HZ", help="Samples are at equal intervals, whatever the times are")
+    ] = None
+    axes: Annotated[
+        list[str] | None,
+        typer.Option(metavar="SENSOR=AXES", help="Axes of the file that are x, y, z: mag=y,x,-z (gyro, accel, mag)"),
+    ] = None
+    drop_repeats: Annotated[bool, typer.Option("--drop-repeats", help="A sample that equals the one before is none")] = False
+    fixes_late_s: Annotated[
+        float,
+        typer.Option(
+            "--fixes-late", metavar="S", help="The times of positions and velocities are so much too late, as when they arrived"
+        ),
+    ] = 0.0
+    hemisphere: Annotated[
+        str | None, typer.Option(metavar="NAME", help="north (as assumed) or south of the magnetic equator, to check signs")
+    ] = None
 
     def read(self, path: Path) -> Recording:
         """The recording. Raises HnavError."""
@@ -92,7 +101,7 @@ class Reading:
 
     def _columns_of_both(self) -> tuple[dict[str, str], dict[str, str]]:
         """The columns of a recording, and those of the file with aids beside it. Raises UsageError."""
-        given = pairs("--columns", self.columns)
+        given = roles("--columns", self.columns)
         of_aids = {role: name for role, name in given.items() if role in OF_AIDS or role.startswith(OF_GNSS)}
         own = {role: name for role, name in given.items() if role not in of_aids}
         return own, {role.removeprefix(OF_GNSS): name for role, name in of_aids.items()}
@@ -100,7 +109,7 @@ class Reading:
     def _arguments(self) -> dict[str, Any]:
         """The options as arguments of hnav.read."""
         arguments = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "hemisphere"}
-        return {**arguments, **{name: pairs(f"--{name}", arguments[name]) for name in ("columns", "axes")}}
+        return {**arguments, **{name: roles(f"--{name}", arguments[name]) for name in ("columns", "axes")}}
 
     def wishes(self) -> Wishes:
         """Decoder for arriving lines. Raises HnavError."""
@@ -109,27 +118,6 @@ class Reading:
     def check(self, data: Recording) -> list[Finding]:
         """Implausible properties of the recording."""
         return data.check(self.hemisphere)
-
-
-def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """The command for typer: a parameter whose type is a dataclass becomes the options that are its fields, in its place."""
-    hints = get_type_hints(command, include_extras=True)
-    groups = {name: get_type_hints(hint, include_extras=True) for name, hint in hints.items() if is_dataclass(hint)}
-    shown: list[inspect.Parameter] = []
-    for name, parameter in inspect.signature(command).parameters.items():
-        if name not in groups:
-            shown.append(parameter.replace(annotation=hints[name]))
-        for option, hint in groups.get(name, {}).items():
-            shown.append(parameter.replace(name=option, default=getattr(hints[name], option), annotation=hint))
-
-    @functools.wraps(command)
-    def called(**given: Any) -> None:
-        made = {name: hints[name](**{option: given.pop(option) for option in group}) for name, group in groups.items()}
-        command(**made, **given)
-
-    called.__annotations__ = {parameter.name: parameter.annotation for parameter in shown}
-    called.__signature__ = inspect.Signature(shown)  # type: ignore[attr-defined]
-    return called
 
 
 def z_points_up(data: Recording) -> bool:

@@ -9,8 +9,8 @@ import typer
 
 from hnav.cli.console import load_pages, say
 from hnav.cli.filter import filter_one
-from hnav.cli.parameters import Force, Gnss, Smooth, Strict, page_option
-from hnav.cli.recordings import Reading, with_groups
+from hnav.cli.parameters import Force, Gnss, Smooth, Strict, page_option, with_groups
+from hnav.cli.recordings import Reading
 from hnav.cli.wanted import Choice
 from hnav.cli.words import UsageError
 from hnav.errors import HnavError

@@ -7,41 +7,31 @@ from typing import Annotated
 
 import typer
 
+from hnav.cli.completion import scenario_names
 from hnav.cli.console import counting, say
-from hnav.cli.parameters import (
-    AllowOutside,
-    Grade,
-    Scenario,
-    SystemName,
-    SystemSensor,
-    SystemSettings,
-    SystemStep,
-    SystemStop,
-    grade_or_sensor,
-    parse_system_settings,
-)
+from hnav.cli.parameters import with_groups
+from hnav.cli.system_options import Setup, SystemName
 from hnav.cli.words import UsageError
 from hnav.io.outputs import refuse_overwriting
 from hnav.systems.simulation import ABOUT, SIGNALS, simulate, write_run
 from hnav.systems.ssp_reader import system_files
 
 
+@with_groups
 def command(
     system: SystemName,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for signals.h5 and run.json")] = Path("simulation_out"),
-    scenario: Scenario = None,
-    grade: Grade = None,
-    sensor: SystemSensor = None,
-    settings: SystemSettings = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="A scenario of the system; hnav systems NAME lists them", autocompletion=scenario_names)
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of every component that has one")] = None,
-    step: SystemStep = None,
-    stop: SystemStop = None,
-    allow_outside: AllowOutside = False,
+    *,
+    setup: Setup,
 ) -> None:
-    chosen, graded = parse_system_settings(settings), grade_or_sensor(grade, sensor)
+    chosen = setup.arguments()
     refuse_overwriting([out / SIGNALS, out / ABOUT], system_files(system))
     with counting(system) as show:
-        run = simulate(system, scenario, graded, chosen, seed, step, stop, progress=show, allow_outside=allow_outside)
+        run = simulate(system, scenario, seed=seed, progress=show, **chosen)
     write_run(run, out)
     wall = ", ".join(f"{name} {1e6 * seconds / max(1, len(run.t_s) - 1):.1f}" for name, seconds in run.about["wall_s"].items())
     length = f"{len(run.t_s)} points to {run.t_s[-1]:g} s, step {run.about['step_s']:g} s"

@@ -6,12 +6,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from math import radians
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from hnav.cli.parameters import Body, FilterOrIns, Frame, PlaceAndDate, Preset, Sensor, SensorGrade, Settings, parse_settings
+import typer
+
+from hnav.cli.completion import among
+from hnav.cli.parameters import FilterOrIns, Preset, Settings, parse_settings
 from hnav.cli.recordings import Reading
 from hnav.cli.words import UsageError
-from hnav.filters.options import option_table, options_of_place, options_of_sensor
+from hnav.filters.options import BODIES, option_table, options_of_place, options_of_sensor
 from hnav.io.plausibility import hemisphere_at
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES, read_grade
@@ -62,11 +65,34 @@ class Choice:
     filter: FilterOrIns = "ahrs"
     settings: Settings = None
     preset: Preset = "default"
-    frame: Frame = None
-    place_and_date: PlaceAndDate = None
-    grade: SensorGrade = None
-    sensor: Sensor = None
-    body: Body = None
+    frame: Annotated[
+        str | None,
+        typer.Option(help="Navigation frame, ned or enu; default: enu for telephones, whose z axis points up, else ned"),
+    ] = None
+    place_and_date: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LAT,LON,HEIGHT,YEAR", help="deg, deg, m, decimal year: the magnetic field of the place, true headings"
+        ),
+    ] = None
+    grade: Annotated[
+        str | None, typer.Option(metavar="NAME", help=f"Grade of the sensors: {', '.join(GRADES)}; of the INS its preset")
+    ] = None
+    sensor: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Sensor file: figures by the datasheet, of the INS beside those of its preset, and calibrations, which correct the recording",
+        ),
+    ] = None
+    body: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help=f"Kind of body: {', '.join(BODIES)}; default: any, nothing is assumed",
+            autocompletion=among(*BODIES),
+        ),
+    ] = None
 
     def wanted(self, reading: Reading, **more: Any) -> Wanted:
         """With further options by name. The hemisphere is that of the place, unless it is given. Raises UsageError, HnavError."""
@@ -92,7 +118,7 @@ class Choice:
             return {}
         if BODY not in option_table(self.filter):
             raise UsageError(f"--body {self.body}: {self.filter} has no such option: use --filter ahrs or --filter ins")
-        option_table(self.filter)[BODY].parse(self.body)  # refuses what is no body
+        option_table(self.filter)[BODY].numbers(self.body)  # refuses what is no body
         return {BODY: self.body}
 
 

@@ -67,34 +67,17 @@ class OptionInfo:
         """The name as Python writes it."""
         return self.name.replace(".", "_")
 
-    def parse(self, text: str) -> float | int | list[float]:
-        """A value from text: the number of a choice, numbers separated by commas for several. Raises HnavValueError."""
-        if self.choices:
-            if text not in self.choices:
-                raise self._refused(self._wrong_choice(text))
-            return self.choices.index(text)
-        parts = text.split(",")
-        if len(parts) != self.count:
-            raise self._refused(f"{self.attribute} takes {self.count} number{'s' * (self.count > 1)}, not {len(parts)}")
-        try:
-            numbers = [float(p) for p in parts]
-        except ValueError:
-            raise self._refused(f"{self.attribute} = {text}: not a number") from None
-        if self.is_integer and numbers[0] != int(numbers[0]):
-            raise self._refused(f"{self.attribute} = {text}: not a whole number")
-        return numbers if self.count > 1 else int(numbers[0]) if self.is_integer else numbers[0]
-
     def numbers(self, value: object) -> list[float | int]:
-        """The value for the C struct: a choice by its name, numbers, or text. Raises HnavValueError."""
-        if self.choices and not isinstance(value, str):
-            raise self._refused(self._wrong_choice(value))
-        if isinstance(value, str):
-            value = self.parse(value)
-        numbers = list(_flat(value))
-        if len(numbers) != self.count:
-            raise self._refused(f"{self.attribute} takes {self.count} number{'s' * (self.count > 1)}, not {len(numbers)}")
+        """The value for the C struct: a choice by its name, numbers, or text of numbers with commas between. Raises HnavValueError."""
+        if self.choices:
+            if not isinstance(value, str) or value not in self.choices:
+                raise self._refused(self._wrong_choice(value))
+            return [self.choices.index(value)]
+        given = value.split(",") if isinstance(value, str) else list(_flat(value))
+        if len(given) != self.count:
+            raise self._refused(f"{self.attribute} takes {self.count} number{'s' * (self.count > 1)}, not {len(given)}")
         try:
-            floats = [float(n) for n in numbers]
+            floats = [float(n) for n in given]
         except (TypeError, ValueError):
             raise self._refused(f"{self.attribute} = {value}: not a number") from None
         if not self.is_integer:
