@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+NED_AND_ENU = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
+"""q from north-east-down axes to east-north-up ones, half a turn about the bisector of the first two; it is its own inverse."""
+
 
 def quaternion_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a (x) b: n x 4 each and row by row, or 4; one factor of 4 stands for every row."""

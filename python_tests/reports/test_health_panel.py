@@ -6,7 +6,7 @@ import pytest
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
 from hnav.fmi.engines import run_recording
 from hnav.reports import colours
-from hnav.reports.recording_picture import draw_recordings
+from hnav.reports.recording_picture import draw_recording
 from hnav.reports.recording_run import RecordingRun
 from hnav.systems.simulation import Run
 from motion import tilted_motion
@@ -64,7 +64,7 @@ def test_the_picture_of_a_recording_has_the_band_only_where_it_is_needed():
     clean = tilted_motion(8).recording
     faulty = tilted_motion(8).recording
     faulty.field_b_tesla[300:] = faulty.field_b_tesla[300]
-    pictures = [draw_recordings([RecordingRun(r, run_recording(r, "ahrs"), "", "ahrs")]) for r in (clean, faulty)]
+    pictures = [draw_recording(RecordingRun(r, run_recording(r, "ahrs"), "", "ahrs")) for r in (clean, faulty)]
     last = [picture.axes[-1] for picture in pictures]
     assert last[0].get_title(loc="left") == "Gyro bias"
     assert last[1].get_title(loc="left").startswith("mag stuck for")

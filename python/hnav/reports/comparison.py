@@ -19,7 +19,7 @@ from hnav.errors import HnavValueError
 from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
 from hnav.reports.scores import errors_rad
-from hnav.rotations import quaternion_product, rotated, rotation_error_rad
+from hnav.rotations import NED_AND_ENU, quaternion_product, rotated, rotation_error_rad
 
 ALIGN = ("clock", "world", "body", "place", "scale")
 GRID_S = 0.01
@@ -34,8 +34,6 @@ TURN_S = 0.5
 """Interval in s of the turns that determine the rotation between two bodies."""
 ROUNDS = 30
 """Of alternating between both sides; each makes the residual smaller."""
-ENU_OF_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
-"""q from north-east-down to east-north-up; it is its own inverse."""
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
@@ -128,7 +126,7 @@ def in_metres(one: Trajectory, reference: Trajectory) -> Trajectory:
         one = replace(one, position_m=off)
     if {one.frame, reference.frame} == {"ned", "enu"}:
         sigma = {name: values[:, [1, 0, 2]] for name, values in one.sigma.items()}
-        one = replace(one, q_nb=quaternion_product(ENU_OF_NED, one.q_nb), sigma=sigma, frame=reference.frame)
+        one = replace(one, q_nb=quaternion_product(NED_AND_ENU, one.q_nb), sigma=sigma, frame=reference.frame)
     return one
 
 

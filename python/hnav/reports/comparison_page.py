@@ -15,7 +15,7 @@ from hnav.reports.angles import euler_deg, near_turn
 from hnav.reports.colours import INK
 from hnav.reports.comparison import Comparison
 from hnav.reports.page import write_page
-from hnav.reports.panels import CIRCLE_AXIS, FILTER_COLOURS, Panel, circle_line, grid_of, line, panel_of, seen_from_above, table
+from hnav.reports.panels import CIRCLE_AXIS, FILTER_COLOURS, Panel, circle_line, grid_of, line, seen_from_above, table
 
 LAPS_DEG = 720.0  # a yaw that turns further, as that of a vehicle on laps, is drawn from 0 to 360 deg
 
@@ -117,8 +117,8 @@ def _table(seen: View) -> str:
 
 
 PANELS: tuple[Panel, ...] = (
-    panel_of("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table),
-    panel_of("attitude", "Attitude", "The reference in ink.", _attitude, lambda seen: _has(seen, "q_nb")),
-    panel_of("track", "Track", "From above.", _track, lambda seen: _has(seen, "position_m")),
-    panel_of("errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors),
+    Panel("figures", "Figures", "NEES of an axis is 1 when errors are as large as the sigmas say.", _table),
+    Panel("attitude", "Attitude", "The reference in ink.", _attitude, lambda seen: _has(seen, "q_nb")),
+    Panel("track", "Track", "From above.", _track, lambda seen: _has(seen, "position_m")),
+    Panel("errors", "Errors", "Sizes over time; relative errors stand at the end of their motion.", _errors),
 )

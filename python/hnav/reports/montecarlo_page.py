@@ -12,7 +12,7 @@ import pandas as pd
 
 from hnav.errors import HnavValueError
 from hnav.reports.page import write_page
-from hnav.reports.panels import FILTER_COLOURS, Panel, grid_of, panel_of, table
+from hnav.reports.panels import FILTER_COLOURS, Panel, grid_of, table
 from hnav.systems.montecarlo import COMMAND
 
 SHOWN = {
@@ -119,7 +119,7 @@ def _has_figures(seen: Any) -> bool:
 
 
 PANELS: tuple[Panel, ...] = (
-    panel_of("distribution", "Distribution", "Each line: the share of the runs whose figure is smaller.", _distributions, _has_figures),
-    panel_of("table", "Figures", "Sizes, without their signs.", _table, _has_figures),
-    panel_of("worst", "Worst runs", "Largest first figure; each command simulates the run again and makes its page.", _worst, _has_figures),
+    Panel("distribution", "Distribution", "Each line: the share of the runs whose figure is smaller.", _distributions, _has_figures),
+    Panel("table", "Figures", "Sizes, without their signs.", _table, _has_figures),
+    Panel("worst", "Worst runs", "Largest first figure; each command simulates the run again and makes its page.", _worst, _has_figures),
 )  # fmt: skip

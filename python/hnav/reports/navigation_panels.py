@@ -15,6 +15,7 @@ from hnav.reports.colours import AXIS_COLOURS, BLUE, FAINT, GREEN, INK, ORANGE, 
 from hnav.reports.graphs import go
 from hnav.reports.panels import (
     CIRCLE_AXIS,
+    Panel,
     band,
     bars,
     blocks,
@@ -24,7 +25,6 @@ from hnav.reports.panels import (
     grid_of,
     lay_out_bars,
     line,
-    panel_of,
     seen_from_above,
     small,
     span,
@@ -227,13 +227,13 @@ def _is_somewhere(seen: View) -> bool:
 
 # In the order of the page.
 NAVIGATION_PANELS = (
-    panel_of("track", "Track", "From above, in metres from the first estimate.", _track, _is_somewhere),
-    panel_of("known", "What is known when", "Phases of the filter, what was ready, when the body stood, and times without satellites.", _known,
+    Panel("track", "Track", "From above, in metres from the first estimate.", _track, _is_somewhere),
+    Panel("known", "What is known when", "Phases of the filter, what was ready, when the body stood, and times without satellites.", _known,
            lambda seen: len(seen.t_s) > 0),
-    panel_of("heading", "Heading", "Of body x, on the circle: the band of ±3σ goes on at 0 deg where it ends at 360. The course is that of the velocity, not of the "
+    Panel("heading", "Heading", "Of body x, on the circle: the band of ±3σ goes on at 0 deg where it ends at 360. The course is that of the velocity, not of the "
            "body: wind and sideslip lie between.", _heading, _is_somewhere),
-    panel_of("heights", "Height and speed", "Over ground, with ±3σ; a band that starts wider than the axis is cut off.", _heights, _is_somewhere),
-    panel_of("sigma", "Standard deviations", "As the filter states them: of position, velocity, and rotation about north, east and down, the last of which is "
+    Panel("heights", "Height and speed", "Over ground, with ±3σ; a band that starts wider than the axis is cut off.", _heights, _is_somewhere),
+    Panel("sigma", "Standard deviations", "As the filter states them: of position, velocity, and rotation about north, east and down, the last of which is "
            "heading.", _sigmas, _is_somewhere),
-    panel_of("bias", "Biases", "Of the inertial sensor, body axes, as estimated.", _biases, _is_somewhere),
+    Panel("bias", "Biases", "Of the inertial sensor, body axes, as estimated.", _biases, _is_somewhere),
 )  # fmt: skip

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from hnav.filters.ins_answers import READY, InsRun
@@ -12,7 +10,7 @@ from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, VERMILION
 from hnav.reports.graphs import go
 from hnav.reports.navigation_panels import NAVIGATION_PANELS, View
-from hnav.reports.panels import Panel, band, grid_of, line, no_lines, panel
+from hnav.reports.panels import Panel, band, grid_of, line, panel
 from hnav.systems.navigation_views import PLACE, Navigator, navigators
 from hnav.systems.results import Run
 
@@ -64,14 +62,9 @@ def _fixes(run: Run) -> dict[str, AidSamples]:
 
 def _on_run(of_view: Panel) -> Panel:
     """A panel of a recording, for a simulation."""
-
-    def with_view(ask: Callable[[View], object]) -> Callable[[Run], object]:
-        return lambda run: ask(view_of(run))
-
-    applies = with_view(of_view.applies)  # type: ignore[arg-type]
     return Panel(
-        f"navigation-{of_view.name}", of_view.title, of_view.note, lambda run: has_navigators(run) and bool(applies(run)),
-        with_view(of_view.draw), no_lines,  # type: ignore[arg-type]
+        f"navigation-{of_view.name}", of_view.title, of_view.note, lambda run: of_view.draw(view_of(run)),
+        lambda run: has_navigators(run) and of_view.applies(view_of(run)),
     )  # fmt: skip
 
 

@@ -20,9 +20,10 @@ from hnav.filters.options import Options
 from hnav.io.recordings import Recording
 from hnav.io.trajectories import Trajectory
 from hnav.native.arrays import Array
+from hnav.reports.comparison import ErrorFigure
 from hnav.rotations import rotation_error_rad
+from hnav.systems.navigation_views import FALSE_RAD
 
-FALSE_RAD = np.radians(5)
 MOST_OUTAGES = 40
 SATELLITES = ("position", "velocity")
 
@@ -45,22 +46,6 @@ class Errors:
     """As stated."""
     sigma_rotation_rad: Array
     """As stated."""
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Of one quantity."""
-
-    name: str
-    """Name of the quantity."""
-    unit: str
-    """Unit of rms and worst."""
-    rms: float
-    """Root mean square of its length."""
-    worst: float
-    """The largest length."""
-    nees: float
-    """For each axis: 1 when errors are as large as stated, above 1 when they are larger."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +74,7 @@ class NavigationScore:
     """Whether a ready heading had an error above three sigmas and 5 deg."""
     begin_s: float
     """From the first row: rows from there on are compared."""
-    figures: list[Figure]
+    figures: list[ErrorFigure]
     """Tilt, heading, velocity and position."""
     outages: list[Outage]
     """In the order asked for."""
@@ -136,7 +121,7 @@ def errors_of(run: InsRun, truth: Trajectory, rows: slice) -> Errors:
     )  # fmt: skip
 
 
-def figures_of(errors: Errors) -> list[Figure]:
+def figures_of(errors: Errors) -> list[ErrorFigure]:
     """Those whose truth is known."""
     degrees = 180 / np.pi
     figures = [
@@ -147,14 +132,13 @@ def figures_of(errors: Errors) -> list[Figure]:
         ("position, horizontal", "m", errors.position_m[:, :2], errors.sigma_position_m[:, :2]),
         ("position, vertical", "m", errors.position_m[:, 2:], errors.sigma_position_m[:, 2:]),
     ]
-    return [_figure(*one) for one in figures if np.isfinite(one[2]).all(axis=1).any()]
+    return [_figure(errors.t_s, *one) for one in figures if np.isfinite(one[2]).all(axis=1).any()]
 
 
-def _figure(name: str, unit: str, error: Array, sigma: Array) -> Figure:
+def _figure(t_s: Array, name: str, unit: str, error: Array, sigma: Array) -> ErrorFigure:
     known = np.isfinite(error).all(axis=1) & np.isfinite(sigma).all(axis=1)
-    length = np.linalg.norm(error[known], axis=1)
-    normalised = error[known] / sigma[known]
-    return Figure(name, unit, float(np.sqrt(np.mean(length**2))), float(np.max(length)), float(np.mean(normalised**2)))
+    nees = float(np.mean((error[known] / sigma[known]) ** 2))
+    return ErrorFigure(name, unit, np.linalg.norm(error[known], axis=1), t_s[known], nees)
 
 
 def outages_of(data: Recording, truth: Trajectory, options: Options, first: int, length_s: float) -> Outage:

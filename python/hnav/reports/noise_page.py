@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from hnav import __version__
 from hnav.filters.noise import ENTRIES, SensorNoise
-from hnav.io.outputs import write_files
 from hnav.reports.colours import BLUE, GREEN, VERMILION
-from hnav.reports.page import AXIS, document, heading_of
-from hnav.reports.panels import Panel, grid_of, panel_of, table, translucent
+from hnav.reports.page import AXIS, write_page
+from hnav.reports.panels import Panel, grid_of, table, translucent
 
 TITLES = {"gyro": "Gyroscope", "accel": "Accelerometer", "mag": "Magnetometer"}
 UNITS = {"gyro": ("deg/h", np.pi / 180 / 3600), "accel": ("ug", 9.80665e-6), "mag": ("nT", 1e-9)}
@@ -34,15 +32,12 @@ def write_noise_report(found: Mapping[str, SensorNoise], name: str, file: Path) 
     """Writes one HTML page that needs no network. Needs Plotly. Raises HnavError if it cannot be written."""
     facts = {TITLES[sensor].lower(): f"{one.length_s:.4g} s at rest, {one.rate_hz:.4g} Hz" for sensor, one in found.items()}
     panels = [FIGURES, *(_panel(sensor) for sensor in found)]
-    text = document(
-        f"hnav · noise of {name}", heading_of(f"Noise of {name}", facts | {"hnav": __version__}, []), "", View(found), panels
-    )
-    write_files({file: text}, make_folders=True)
+    write_page(file, f"Noise of {name}", facts, [], panels, View(found))
 
 
 def _panel(sensor: str) -> Panel:
     note = "Overlapping Allan deviation (dots, with the bounds of 95 % by their degrees of freedom) and what was fitted (lines)."
-    return panel_of(sensor, TITLES[sensor], note, lambda seen: _allan(seen.found[sensor], sensor))
+    return Panel(sensor, TITLES[sensor], note, lambda seen: _allan(seen.found[sensor], sensor))
 
 
 def _allan(noise: SensorNoise, sensor: str) -> Any:
@@ -83,4 +78,4 @@ def _table(seen: View) -> str:
     return table(["sensor", "figure", "x", "y", "z", "unit"], rows)
 
 
-FIGURES = panel_of("figures", "Figures", "In brackets 95 %; < is an upper limit, where the length gives no more.", _table)
+FIGURES = Panel("figures", "Figures", "In brackets 95 %; < is an upper limit, where the length gives no more.", _table)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -27,8 +26,9 @@ def observability_panel(find: Callable[[], RunObservability]) -> list[Panel]:
         "Standard deviation of each error that the samples leave, over that without samples, by the linear errors of the filter: 100 % is "
         f"not observable, below {100 * np.sqrt(SEEN):.0f} % it is determined. Noise as in the options."
     )
-    draw: Callable[[Any], go.Figure] = lambda _: _drawn(found)  # noqa: E731
-    return [Panel("observability", "What the samples determine", note, lambda _: True, draw, lambda _: found.sentences())]
+    return [
+        Panel("observability", "What the samples determine", note, lambda _: _drawn(found), lines=lambda _: found.sentences())
+    ]
 
 
 def _drawn(found: RunObservability) -> go.Figure:

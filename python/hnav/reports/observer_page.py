@@ -15,7 +15,7 @@ from hnav.io.model_description import ModelDescription
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, GREEN, INK, ORANGE, VERMILION
 from hnav.reports.page import write_page
-from hnav.reports.panels import band, dots, grid_of, line, panel_of, table
+from hnav.reports.panels import Panel, band, dots, grid_of, line, table
 
 if TYPE_CHECKING:
     from hnav.reports.graphs import go
@@ -182,17 +182,17 @@ def _has_rows(seen: View) -> bool:
 
 # In the order of the page.
 PANELS = (
-    panel_of("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
-    panel_of("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
-    panel_of("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
+    Panel("end", "At the end", "What was estimated last, with its standard deviation.", _end, _has_rows),
+    Panel("estimates", "Estimates", "Each with three standard deviations.", _estimates, _has_rows),
+    Panel("findings", "What stood out", "Unknown inputs and parameters beyond 3 sigma of their usual value, samples beyond their gate, "
            "innovations larger than stated: the bands of time in the figures.", _findings, lambda seen: bool(seen.found)),
-    panel_of("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
+    Panel("events", "Events of the plant", "How many there have been, and how many ways there may have been: the dotted lines in the "
            "figures.", _events, lambda seen: bool((seen.run.plant_events > 0).any() or (seen.run.parts > 1).any())),
-    panel_of("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
+    Panel("innovations", "Innovations", "What each sample brought that was not foreseen: 99.7 % of them lie in the band.", _innovations,
            _has_rows),
-    panel_of("nis", "Normalised innovations", "1 where the noises are as stated. Above the band: more noise than stated, or a wrong model; below: "
+    Panel("nis", "Normalised innovations", "1 where the noises are as stated. Above the band: more noise than stated, or a wrong model; below: "
            "less.", _nis, _has_rows),
-    panel_of("sensors", "Sensors", "Their stated noise, and their innovations.", _sensors),
-    panel_of("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
+    Panel("sensors", "Sensors", "Their stated noise, and their innovations.", _sensors),
+    Panel("proof", "Derivatives", "Those that the plant offers, compared with differences at five points.", _proof,
            lambda seen: bool(seen.run.proof)),
 )  # fmt: skip

@@ -23,7 +23,7 @@ from hnav.reports.graphs import get_plotlyjs, go
 from hnav.reports.health_panel import health_panel
 from hnav.reports.navigation_run import NAVIGATION_RUN_PANELS, summary_rows
 from hnav.reports.panels import Panel, colour_of, over_time
-from hnav.reports.plain_page import text_of
+from hnav.reports.plain_page import document, heading_of, text_of
 from hnav.systems.results import Run
 from hnav.systems.run_views import Estimate, estimates, figures
 
@@ -37,7 +37,7 @@ PANELS: tuple[Panel, ...] = (
     *NAVIGATION_RUN_PANELS,
     timing_panel,
 )
-STYLE, SCRIPTS = "page.css", ("screen.js", "page.js", "cursor.js")
+SCRIPTS = ("screen.js", "page.js", "cursor.js")
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, sans-serif"
 # Colours with a counterpart for dark screens in page.js. The legend is at the bottom, the toolbar at the top.
 LAYOUT = dict(
@@ -61,15 +61,8 @@ def write_report(run: Run, file: Path, panels: Sequence[Panel] = PANELS) -> list
 
     panels: those that have something to draw of the run are shown.
     """
-    shown = [panel for panel in panels if panel.applies(run)]
-    write_files({file: page(run, shown)}, make_folders=True)
-    return [p.name for p in shown]
-
-
-def page(run: Run, panels: Sequence[Panel]) -> str:
-    """The whole document about a simulation."""
-    title = f"hnav · {run.about['system']}" + (f" · {run.about['scenario']}" if run.about["scenario"] else "")
-    return document(title, header(run), summary(run), run, panels)
+    title = run.about["system"] + (f" · {run.about['scenario']}" if run.about["scenario"] else "")
+    return write_panels(file, title, header(run), summary(run), run, panels)
 
 
 def write_page(
@@ -79,31 +72,17 @@ def write_page(
 
     facts, warnings, more: as of heading_of; figures: HTML above the panels. Raises HnavError if it cannot be written.
     """
+    return write_panels(file, title, heading_of(title, {**facts, "hnav": __version__}, warnings, more), figures, seen, panels)
+
+
+def write_panels(file: str | Path, title: str, head: str, figures: str, seen: Any, panels: Sequence[Panel]) -> list[str]:
+    """The same with its head as HTML. seen: what the panels draw, with times t_s."""
     shown = [panel for panel in panels if panel.applies(seen)]
-    head = heading_of(title, {**facts, "hnav": __version__}, warnings, more)
-    write_files({Path(file): document(f"hnav · {title}", head, figures, seen, shown)}, make_folders=True)
+    links = "".join(f'<a href="#{panel.name}">{escape(panel.title)}</a>' for panel in shown)
+    main = "\n".join([f"<nav>{links}</nav><main>", figures, *(section(panel, seen) for panel in shown), "</main>"])
+    text = document(title, f"{head}\n{main}", text_of(*SCRIPTS), get_plotlyjs())
+    write_files({Path(file): text}, make_folders=True)
     return [panel.name for panel in shown]
-
-
-def document(title: str, head: str, figures: str, run: Any, panels: Sequence[Panel]) -> str:
-    """The whole document: head and figures are HTML and stand above the panels. run: what the panels draw, with times t_s."""
-    style, script = text_of(STYLE), text_of(*SCRIPTS)
-    links = "".join(f'<a href="#{p.name}">{escape(p.title)}</a>' for p in panels)
-    return "\n".join([
-        "<!doctype html>", '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
-        # An empty icon, so that the browser requests none from a server.
-        f'<meta name="color-scheme" content="light dark"><title>{escape(title)}</title><link rel="icon" href="data:,"><style>{style}</style>',
-        f"<script>{get_plotlyjs()}</script></head><body>",
-        head, f"<nav>{links}</nav><main>", figures, *(section(p, run) for p in panels), f"</main><script>{script}</script></body></html>",
-    ])  # fmt: skip
-
-
-def heading_of(title: str, facts: Mapping[str, str], warnings: Sequence[str], more: str = "", description: str = "") -> str:
-    """The head of a page: facts by name, and lines of warning; those that begin with note: are no warning. more: HTML."""
-    listed = "".join(f"<div><dt>{name}</dt><dd>{escape(value)}</dd></div>" for name, value in facts.items())
-    warned = "".join(f'<p class="{"note" if text.startswith("note:") else "warning"}">{escape(text)}</p>' for text in warnings)
-    described = f"<p>{escape(description)}</p>" if description else ""
-    return f"<header><h1>{escape(title)}</h1>{described}<dl>{listed}</dl>{warned}{more}</header>"
 
 
 def folded(summary: str, rows: Mapping[str, object]) -> str:

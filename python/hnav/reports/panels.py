@@ -29,33 +29,19 @@ CIRCLE_AXIS = dict(range=[0, 360], dtick=90)
 @dataclass(frozen=True)
 class Panel:
     """A panel: title, note (how to read it) and lines (results of the run) above the output of draw, a figure or HTML. It is
-    shown for runs for which applies is true."""
+    shown for what applies is true of: a run, or what else the page is about."""
 
     name: str
     title: str
     note: str
-    applies: Callable[[Run], bool]
-    draw: Callable[[Run], go.Figure | str]
-    lines: Callable[[Run], Sequence[str]]
+    draw: Callable[[Any], go.Figure | str]
+    applies: Callable[[Any], bool] = lambda _: True
+    lines: Callable[[Any], Sequence[str]] = lambda _: ()
 
 
-def no_lines(run: Run) -> Sequence[str]:
-    """Of a panel with a figure only."""
-    return ()
-
-
-def panel(
-    name: str, title: str, note: str, applies: Callable[[Run], bool], lines: Callable[[Run], Sequence[str]] = no_lines
-) -> Callable[[Callable[[Run], go.Figure | str]], Panel]:
-    """Decorator: the panel that shows what the function below draws."""
-    return lambda draw: Panel(name, title, note, applies, draw, lines)
-
-
-def panel_of(
-    name: str, title: str, note: str, draw: Callable[[Any], go.Figure | str], applies: Callable[[Any], bool] = lambda _: True
-) -> Panel:
-    """A panel of a page about something else than a simulation."""
-    return Panel(name, title, note, applies, draw, no_lines)
+def panel(name: str, title: str, note: str, *more: Callable[[Any], Any]) -> Callable[[Callable[[Any], go.Figure | str]], Panel]:
+    """Decorator: the panel that shows what the function below draws. more: applies and lines."""
+    return lambda draw: Panel(name, title, note, draw, *more)
 
 
 def colour_of(run: Run, name: str) -> str:

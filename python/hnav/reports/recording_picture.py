@@ -1,8 +1,6 @@
-"""One picture of filter runs over recordings: attitude, differences, innovations and bias over time."""
+"""The picture of a filter run over a recording: attitude, differences, innovations and bias over time."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,25 +9,23 @@ from hnav.reports import colours, plots
 from hnav.reports.recording_run import RecordingRun, compare, tilt_sigma_deg
 
 
-def draw_recordings(runs: Sequence[RecordingRun]) -> plots.Figure:
-    """One column a recording: attitude, differences in the filter's own 3 sigma, NIS, gyro bias, over time in s."""
-    compared = any(run.reference for run in runs)
-    names = ["attitude"] + (["heading", "inclination"] if compared else ["sigma"]) + ["nis", "bias"]
+def draw_recording(run: RecordingRun) -> plots.Figure:
+    """Attitude, differences in the filter's own 3 sigma, NIS, gyro bias, over time in s."""
+    names = ["attitude"] + (["heading", "inclination"] if run.reference else ["sigma"]) + ["nis", "bias"]
     heights = [1.5] + [1.0] * (len(names) - 1)
-    if any(findings(run.result.t_s, run.result.health) for run in runs):
+    if findings(run.result.t_s, run.result.health):
         names.append("health")
         heights.append(0.6)
     with plots.styled():
-        fig = plots.figure(850 * len(runs), 205 + round(230 * sum(heights)))
-        grid = fig.subplots(len(names), len(runs), squeeze=False, sharex="col", height_ratios=heights)
-        for column, run in enumerate(runs):
-            _draw_column(dict(zip(names, grid[:, column], strict=True)), run)
+        fig = plots.figure(850, 205 + round(230 * sum(heights)))
+        grid = fig.subplots(len(names), 1, sharex=True, height_ratios=heights)
+        _draw(dict(zip(names, grid, strict=True)), run)
         fig.align_ylabels()
         fig.tight_layout(h_pad=1.2, w_pad=2.0)
     return fig
 
 
-def _draw_column(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
+def _draw(panels: dict[str, plots.Axes], run: RecordingRun) -> None:
     recording, result = run.recording, run.result
     t_s = recording.t_s - recording.t_s[0]
     reference_q_nb = run.reference_q_nb

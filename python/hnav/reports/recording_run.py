@@ -10,12 +10,10 @@ import numpy as np
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import Run
 from hnav.io.recordings import Recording
-from hnav.rotations import quaternion_product
+from hnav.rotations import NED_AND_ENU, quaternion_product
 
 # The start is not compared: the filter begins with one sample of each sensor, the device has converged before.
 SETTLING_S = 1.0
-# Turns east-north-up axes into north-east-down ones: half a turn about the bisector of the first two.
-TO_NED = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ class RecordingRun:
         q_enu = self.recording.reference_q_nb
         if q_enu is None or not self.reference:
             return None
-        return q_enu if self.frame == "enu" else quaternion_product(np.broadcast_to(TO_NED, q_enu.shape), q_enu)
+        return q_enu if self.frame == "enu" else quaternion_product(NED_AND_ENU, q_enu)
 
 
 def recording_run(run: Run, recording: Recording | None = None, findings: Sequence[str] = ()) -> RecordingRun:

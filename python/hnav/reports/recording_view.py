@@ -79,9 +79,8 @@ def field_n(run: RecordingRun) -> np.ndarray:
 def rates(run: RecordingRun) -> list[tuple[str, str]]:
     """Name, rate and number of samples of each sensor; empty without a recording."""
     found = []
-    arrays = (run.recording.rate_b_rad_s, run.recording.force_b_m_s2, run.recording.field_b_tesla)
-    for sensor, values in zip(HEALTH_SENSORS, arrays):
-        at_s = np.empty(0) if values is None else run.recording.t_s[np.isfinite(values).all(axis=1)]
+    for sensor in HEALTH_SENSORS:
+        at_s, _ = run.recording.samples(sensor)
         if len(at_s) > 1 and at_s[-1] > at_s[0]:
             said = f"{1 / np.median(np.diff(at_s)):.4g} Hz, {len(at_s)} samples, longest gap {np.diff(at_s).max():.3g} s"
             unit = run.recording.origin.units.get(sensor) if run.recording.origin else None

@@ -46,13 +46,13 @@ def plot_run(run: RunBase, recording: Recording | None = None) -> Figure:
     """
     # Matplotlib takes a while to load.
     from hnav.reports.estimate_pictures import draw_navigation, draw_observer
-    from hnav.reports.recording_picture import draw_recordings
+    from hnav.reports.recording_picture import draw_recording
 
     if isinstance(run, ObserverRun):
         return draw_observer(run)
     if isinstance(run, InsRun):
         return draw_navigation(run)
-    return draw_recordings([recording_run(_attitude(run), recording)])
+    return draw_recording(recording_run(_attitude(run), recording))
 
 
 def _attitude(run: RunBase) -> Run:

@@ -14,7 +14,7 @@ from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from hnav.reports.colours import BLUE, FAINT, VERMILION
 from hnav.reports.page import write_page
-from hnav.reports.panels import Panel, grid_of, panel_of, table
+from hnav.reports.panels import Panel, grid_of, table
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ def _attitudes(seen: View) -> Any:
 
 
 PANELS: tuple[Panel, ...] = (
-    panel_of("figures", "Figures", "corrected = matrix (reading - offset); ± is one sigma.",
+    Panel("figures", "Figures", "corrected = matrix (reading - offset); ± is one sigma.",
              lambda seen: table(["sensor", "figure", "x", "y", "z", "unit"], seen.rows), lambda seen: bool(seen.rows)),
-    panel_of("attitudes", "Attitudes at rest", "Which body axis points up, on two halves of the sphere; areas are true, the outer ring is level. "
+    Panel("attitudes", "Attitudes at rest", "Which body axis points up, on two halves of the sphere; areas are true, the outer ring is level. "
              "The cross is the direction that is farthest from all rests.", _attitudes),
 )  # fmt: skip

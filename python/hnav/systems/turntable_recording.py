@@ -15,13 +15,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hnav.io.recordings import Recording
-from hnav.rotations import quaternion_product
+from hnav.rotations import NED_AND_ENU, quaternion_product
 
 INTERVAL_S = 0.01
 GRAVITY_M_S2 = 9.80665
 FIELD_TESLA = 5e-5
 DIP_RAD = np.radians(54.0)
-ENU_FROM_NED = np.array([0, np.sqrt(0.5), np.sqrt(0.5), 0])
 
 
 @dataclass(frozen=True)
@@ -78,6 +77,6 @@ class Turntable:
             "reference_strength_tesla": f"{FIELD_TESLA:.17g}",
             "reference_dip_rad": f"{DIP_RAD:.17g}",
         }
-        q_enu = quaternion_product(ENU_FROM_NED, q_nb)
+        q_enu = quaternion_product(NED_AND_ENU, q_nb)
         recording = Recording(f"turntable, seed {seed}", t_s, rate, GRAVITY_M_S2 * force, FIELD_TESLA * field, q_enu)
         return Experiment(recording, settings, q_nb, bias)
