@@ -13,8 +13,8 @@ from browser import LOADED, browse
 from command_line import hnav
 from driven import as_recording
 from hnav.cli import navigation
-from hnav.filters.ins_files import columns
 from hnav.filters.ins_recording import IN_A_GAP, aids_of, paired
+from hnav.filters.run_files import columns
 from hnav.io.aids import AidSamples
 from studies.ins.vehicles import vehicle
 

@@ -156,6 +156,6 @@ def test_the_column_speed_m_s_of_a_recording_is_used_by_the_ahrs_alone(tmp_path)
     lines = [",".join([*map(repr, row.tolist()), cell]) for row, cell in zip(np.column_stack([t_s, rate, force, field]), cells)]
     file.write_text("t_s,gx,gy,gz,ax,ay,az,mx,my,mz,speed_m_s\n" + "\n".join(lines) + "\n")
     recording = read(file, gyro_unit="rad/s", accel_unit="m/s2", mag_unit="T")
-    ran = run_recording(recording, Options("ahrs"))
-    assert ran.counts["speed_used"] == len(BRAKE) // HZ and tilt_deg(ran.run).max() < 0.2
+    run = run_recording(recording, Options("ahrs"))
+    assert run.counts["speed_used"] == len(BRAKE) // HZ and tilt_deg(run).max() < 0.2
     assert run_recording(recording, Options("hrekf")).counts["speed_used"] == 0

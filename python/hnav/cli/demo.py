@@ -21,9 +21,9 @@ from hnav.cli.console import console, say, working
 from hnav.cli.filter import write_page
 from hnav.cli.parameters import Force, Settings, Strict, parse_settings, with_groups
 from hnav.cli.recordings import Reading, lines_of, warn, warnings_of
+from hnav.filters.attitude_answers import Run as AttitudeRun
 from hnav.filters.run_summary import rows, summary
 from hnav.fmi.engines import run_recording
-from hnav.fmi.results import Result
 from hnav.io.device_recordings import DeviceRecording, WheelUnavailable, find_wheel, read_x_imu, read_xsens
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.recordings import Recording
@@ -87,7 +87,7 @@ def show_own(file: Path, data: Recording, settings: dict[str, str], warnings: li
     return page
 
 
-def run_ahrs(data: Recording, settings: dict[str, str]) -> Result:
+def run_ahrs(data: Recording, settings: dict[str, str]) -> AttitudeRun:
     with working(data.name):
         return run_recording(data, RECOMMENDED, "c", settings)
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import glob
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from hnav.cli import navigation
-from hnav.cli.console import bar, counting, say, written
+from hnav.cli.console import counting, say, written
 from hnav.cli.parameters import Engine, Force, Gnss, Scheduler, Smooth, Strict, Workers, page_option, with_groups
 from hnav.cli.recordings import Z_POINTS_UP, Reading, lines_of, read_as, warn, warnings_of, z_points_up
 from hnav.cli.wanted import Choice, Wanted
@@ -25,7 +25,6 @@ from hnav.filters.health import Finding, Tally, findings
 from hnav.filters.options import Options, option_table
 from hnav.filters.run_files import PARQUET, write_pieces, write_table
 from hnav.fmi.engines import run_recording
-from hnav.fmi.results import Result
 from hnav.io.outputs import refuse_overwriting
 from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
@@ -198,17 +197,8 @@ def filter_pieces(table: LongTable, out: Path, options: Options, made: list[str]
     whole run.
     """
     run, tally = LibraryRun(options), Tally()
-
-    def parts() -> Iterator[Run]:
-        with bar() as progress:
-            task = progress.add_task(table.name, total=table.rows)
-            for piece in table:
-                part = run.go_on(piece)
-                tally.add(part.t_s, part.health)
-                yield part
-                progress.advance(task, len(part.t_s))
-
-    write_tum(out, parts()) if out.suffix.lower() == TUM else write_pieces(out, parts(), made)
+    parts = navigation.runs(table, table.name, table.rows, run.go_on, lambda part: tally.add(part.t_s, part.health))
+    write_tum(out, parts) if out.suffix.lower() == TUM else write_pieces(out, parts, made)
     return Outcome(table.rows, run.us_per_sample, run.counts, tally.findings())
 
 
@@ -222,13 +212,13 @@ def print_outcome(outcome: Outcome, engine: str, out: Path | None, report: Path 
 
 def filtered(
     data: Recording, filter: str, engine: str, settings: dict[str, str], preset: str, step: float | None, smooth: bool
-) -> Result:
+) -> Run:
     """Runs the filter with a progress bar."""
     with counting(data.name, len(data.t_s)) as show:
         return run_recording(data, filter, engine, settings, preset, step, show, smooth)
 
 
-def write_page(file: Path, result: Result, data: Recording, warnings: list[str]) -> list[str]:
+def write_page(file: Path, result: Run, data: Recording, warnings: list[str]) -> list[str]:
     """Writes the page; returns the names of its panels."""
     # Plotly takes a while to load.
     from hnav.reports.recording_page import write_recording_report

@@ -12,7 +12,6 @@ import numpy as np
 
 from hnav.cli.navigation import PAIRED, Outcome, of_navigation, of_run
 from hnav.cli.words import UsageError
-from hnav.filters import ins_files
 from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import LibraryRun
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
@@ -116,7 +115,7 @@ class _Navigation(LiveFilter):
             self._ran = NavigationRun(self._options, {}, interval_of(recording))
         self._run = self._ran.go_on(recording)
         self._summary.add(self._run)
-        return ins_files.columns(self._run)
+        return columns(self._run)
 
     def state(self, table: Table) -> dict[str, Any]:
         assert self._run is not None and self._ran is not None, "a table comes of a run"

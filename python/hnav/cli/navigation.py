@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from hnav.cli.wanted import INS, Wanted
 from hnav.cli.words import UsageError
 from hnav.filters.ins_aids import AIDS
 from hnav.filters.ins_answers import READY, InsRun, InsSamples
-from hnav.filters.ins_files import write_navigation
 from hnav.filters.ins_recording import NavigationRun, inertial_rows, interval_of, paired, refuse_other_clock, with_aids
 from hnav.filters.options import Options
 from hnav.filters.readiness import sigmas, smallest, why_never
+from hnav.filters.run_base import RunBase
+from hnav.filters.run_files import write_pieces
 from hnav.io.aids import AidSamples
 from hnav.io.findings import Finding
 from hnav.io.outputs import refuse_overwriting
@@ -27,6 +29,7 @@ from hnav.io.readers.pieces import LongTable
 from hnav.io.recordings import Recording
 from hnav.reports.track_files import GPX, TUM, write_gpx, write_tum
 
+R = TypeVar("R", bound=RunBase)
 NAME = INS
 ROWS = 20_000  # between two steps of the progress bar
 LEVELLED = "--set q_body_sensor=0,1,0,0"
@@ -41,8 +44,8 @@ class Outcome:
 
     rows: int = 0
     begin_s: float = np.nan
-    ready_s: np.ndarray | None = None
-    reached: np.ndarray | None = None
+    ready_s: np.ndarray = field(default_factory=lambda: np.full(len(READY), np.nan))
+    reached: np.ndarray = field(default_factory=lambda: np.full(len(READY), np.inf))
     """4: the smallest sigma of each of READY."""
     last: str = "no estimate"
     seconds: float = 0.0
@@ -50,9 +53,7 @@ class Outcome:
     def add(self, run: InsRun) -> None:
         """The next rows."""
         if not self.rows:
-            self.begin_s, self.ready_s = float(run.t_s[0]), np.full(len(READY), np.nan)
-            self.reached = np.full(len(READY), np.inf)
-        assert self.ready_s is not None and self.reached is not None, "they are made with the first rows"
+            self.begin_s = float(run.t_s[0])
         of_rows = sigmas(run.sigma_rotation_rad, run.sigma_velocity_m_s, run.sigma_position_m)
         self.reached = np.minimum(self.reached, smallest(of_rows))
         for i, flags in enumerate(run.ready.T):
@@ -96,14 +97,16 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
         found = [*of_navigation(table.findings), *check_aids(first)]
         warnings = warnings_of(recording, found, wanted.strict, wanted.force) + level_note(recording, first, options)
         outcome, read = Outcome(), read_as(first)
-        write_out(out, runs(table, run, outcome), made, recording.stem)
+        write_out(out, runs(table, table.name, table.rows, run.go_on, outcome.add), made, recording.stem)
     else:
         data, found = read_navigation(recording, given, options, wanted)
         warnings = warnings_of(recording, found, wanted.strict, wanted.force)
         notes = [note for note in left_out(data) if not note.startswith(NO_POSITIONS)]
         warnings += [f"note: {recording.name}: {note}" for note in notes] + level_note(recording, data, options)
         run, outcome, read = NavigationRun.over(data, options), Outcome(), read_as(data)
-        parts = [smoothed(data, run, outcome)] if wanted.smooth else list(runs(InMemory(data), run, outcome))
+        pieces = (inertial_rows(data, slice(begin, begin + ROWS)) for begin in range(0, len(data.t_s), ROWS))
+        of_pieces = runs(pieces, data.name, len(data.t_s), run.go_on, outcome.add)
+        parts = [smoothed(data, run, outcome)] if wanted.smooth else list(of_pieces)
         if out is not None:
             write_out(out, parts, made, recording.stem)
         if report is not None:
@@ -119,12 +122,12 @@ def navigate(recording: Path, out: Path | None, report: Path | None, wanted: Wan
 def write_out(out: Path, parts: Iterable[InsRun], made: list[str], name: str) -> None:
     """The table, or the track, that the suffix asks for. Raises HnavError."""
     suffix = out.suffix.lower()
-    if suffix not in (TUM, GPX):
-        write_navigation(out, parts, made)
+    if suffix == GPX:
+        write_gpx(out, parts, name)
     elif suffix == TUM:
         write_tum(out, parts)
     else:
-        write_gpx(out, parts, name)
+        write_pieces(out, parts, made)
 
 
 def read_navigation(
@@ -171,13 +174,14 @@ def run_of_pieces(table: LongTable, options: Options, given: Mapping[str, AidSam
     return NavigationRun(options, given, interval_of(first))
 
 
-def runs(table: LongTable | InMemory, run: NavigationRun, outcome: Outcome) -> Iterator[InsRun]:
-    """Runs piece by piece, with a progress bar."""
+def runs(
+    pieces: Iterable[Recording], name: str, rows: int, go_on: Callable[[Recording], R], note: Callable[[R], None]
+) -> Iterator[R]:
+    """Runs piece by piece, with a progress bar of so many rows. note: is shown each part."""
     with bar() as progress:
-        task = progress.add_task(table.name, total=table.rows)
-        for piece in table:
-            part = run.go_on(piece)
-            outcome.add(part)
+        task = progress.add_task(name, total=rows)
+        for part in map(go_on, pieces):
+            note(part)
             yield part
             progress.advance(task, len(part.t_s))
 
@@ -188,16 +192,6 @@ def smoothed(data: Recording, run: NavigationRun, outcome: Outcome) -> InsRun:
         made = run.go_on(inertial_rows(data), smooth=True)
     outcome.add(made)
     return made
-
-
-class InMemory:
-    """Reads a recording in pieces, as for a long table; the run has its aids already."""
-
-    def __init__(self, data: Recording):
-        self._data, self.name, self.rows = data, data.name, len(data.t_s)
-
-    def __iter__(self) -> Iterator[Recording]:
-        return (inertial_rows(self._data, slice(begin, begin + ROWS)) for begin in range(0, self.rows, ROWS))
 
 
 def whole(parts: list[InsRun]) -> InsRun:
@@ -216,25 +210,23 @@ def of_navigation(found: list[Finding]) -> list[Finding]:
 def summary(outcome: Outcome, run: NavigationRun, files: str) -> str:
     """One line about rows, time, readiness and findings."""
     counts = ", ".join(f"{name} {n}" for name, n in run.counts.items() if n)
-    times = zip(READY, () if outcome.ready_s is None else outcome.ready_s)
-    ready = ", ".join(f"{name} after {t:.3g} s" for name, t in times if np.isfinite(t)) or "nothing"
+    ready = ", ".join(f"{name} after {t:.3g} s" for name, t in zip(READY, outcome.ready_s) if np.isfinite(t)) or "nothing"
     return f"{outcome.rows} rows to {files}; {run.us_per_sample:.2f} us/sample; {outcome.last}; ready: {ready}; {counts}"
 
 
 def never(outcome: Outcome, run: NavigationRun, name: str) -> str:
     """Why one of READY was never ready."""
-    assert outcome.reached is not None, "there were rows"
     return why_never(name, float(outcome.reached[READY.index(name)]), run.options)
 
 
 def of_run(outcome: Outcome, run: NavigationRun) -> list[str]:
     """Warnings, one line each, with the remedy."""
     seen, lines = run.ins.diagnostics(), []
-    if outcome.ready_s is None or not np.isfinite(outcome.ready_s).any():
+    if not np.isfinite(outcome.ready_s).any():
         phase, cause = run.ins.navigation().phase, "no position of satellites was used"
         if seen.used["position"]:
             cause = "see whether satellites and rows have the same clock"
-        tilt = "" if outcome.ready_s is None else f"; the tilt: {never(outcome, run, 'tilt')}"
+        tilt = "" if not outcome.rows else f"; the tilt: {never(outcome, run, 'tilt')}"
         lines.append(f"warning: nothing was ever ready, the filter ended {phase.replace('_', ' ')}: {cause}{tilt}")
     elif np.isnan(outcome.ready_s[1]):
         why = f"{never(outcome, run, 'heading')}; it needs curves, or braking and gaining speed, with satellites"

@@ -133,7 +133,7 @@ class Filter(FilterObject):
         late, whatever horizon_s is. smooth: with hindsight, as by smooth. Raises HnavError."""
         from hnav.filters.attitude_recording import run_recording  # it imports this filter
 
-        return run_recording(recording, self.options, smooth=smooth).run
+        return run_recording(recording, self.options, smooth=smooth)
 
     def realign(self) -> None:
         """Forgets the attitude and starts again with the next samples; keeps the gyro bias and the counters."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -93,6 +93,10 @@ class Run(RunBase):
     """n x 2, force and field: a sample was used and its gate let it pass as it was; None where the run did not ask."""
     options: Options | None = None
     """Those of the filter."""
+    us_per_sample: float = np.nan
+    """Time of the filter for a row in microseconds, where the run is of a recording."""
+    counts: dict[str, int] = field(default_factory=dict)
+    """Samples used, gated, late, ... by name, likewise."""
 
     @property
     def heading_rad(self) -> Array:

@@ -21,18 +21,7 @@ CHUNK = 20000  # rows that the library runs between two reports of progress
 Progress = Callable[[int, int], None]  # rows done, rows in all
 
 
-class Ran(NamedTuple):
-    """A run, its time and its counters."""
-
-    run: Run
-    """The arrays of the run."""
-    us_per_sample: float
-    """Time of the filter alone."""
-    counts: dict[str, int]
-    """Used, gated, late, ... by name."""
-
-
-def run_recording(recording: Recording, options: Options, progress: Progress | None = None, smooth: bool = False) -> Ran:
+def run_recording(recording: Recording, options: Options, progress: Progress | None = None, smooth: bool = False) -> Run:
     """A whole recording. smooth: with hindsight, by the AHRS. Raises HnavError."""
     if recording.field_t_s is not None and not smooth:
         return _run_by_arrival(recording, options, progress)
@@ -97,7 +86,7 @@ def speeds_of(recording: Recording, options: Options) -> Speeds | None:
     return Speeds(speed, sigma)
 
 
-def _run_at_once(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Ran:
+def _run_at_once(recording: Recording, options: Options, progress: Progress | None, smooth: bool) -> Run:
     library, n, speeds = LibraryRun(options), len(recording.t_s), speeds_of(recording, options)
     chunk = n if smooth or progress is None else CHUNK
     parts: list[Run] = []
@@ -108,10 +97,10 @@ def _run_at_once(recording: Recording, options: Options, progress: Progress | No
     arrays = {
         name: np.concatenate([vars(p)[name] for p in parts]) for name, a in vars(parts[0]).items() if isinstance(a, np.ndarray)
     }
-    return Ran(Run(**arrays, options=options), library.us_per_sample, library.counts)
+    return Run(**arrays, options=options, us_per_sample=library.us_per_sample, counts=library.counts)
 
 
-def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Ran:
+def _run_by_arrival(recording: Recording, options: Options, progress: Progress | None) -> Run:
     """Pushes each sample when it arrives, with the time of its measurement; the filter waits for late ones."""
     field, measured_s = recording.needed("field_b_tesla"), recording.needed("field_t_s")
     _wait_for_late(options, recording.t_s, measured_s)
@@ -140,9 +129,9 @@ def _run_by_arrival(recording: Recording, options: Options, progress: Progress |
             _note(attitude_filter, run, i)
         if progress and (i % 1000 == 999 or i == n - 1):
             progress(i + 1, n)
-    seconds = time.perf_counter() - begin
-    run.options = options
-    return Ran(run, 1e6 * seconds / n, _counts(attitude_filter))
+    run.us_per_sample = 1e6 * (time.perf_counter() - begin) / n
+    run.options, run.counts = options, _counts(attitude_filter)
+    return run
 
 
 def _wait_for_late(options: Options, t_s: np.ndarray, measured_s: np.ndarray) -> None:

@@ -3,7 +3,7 @@
     write_table("attitude.csv", run, ["recording walk.csv"])
     pandas.read_csv("attitude.csv", comment="#")
 
-Angles are in deg, rates in deg/s; times are written in full: what is read back has their bits. The comments at the head say
+Angles are in deg, rates in deg/s, lengths in m; times are written in full: what is read back has their bits. The comments at the head say
 what made the file: version, filter, and the options that differ from the preset.
 """
 
@@ -21,6 +21,7 @@ from hnav import __version__
 from hnav.errors import HnavValueError
 from hnav.filters.attitude_answers import Run, of_axes
 from hnav.filters.filter_answers import HEALTH_SENSORS, SENSOR_STATES
+from hnav.filters.ins_answers import PHASES, READY, InsRun
 from hnav.filters.options import Options
 from hnav.io.outputs import write_files
 from hnav.native.arrays import Array
@@ -28,15 +29,31 @@ from hnav.native.arrays import Array
 PARQUET = (".parquet", ".pq")
 ROWS = 50_000  # rows that are formatted at once
 ROW_GROUP = 2**17  # of Parquet
+NOTES_OF_NAVIGATION = (
+    "lat, lon in deg, alt in m above the ellipsoid; vn, ve, vd in m/s; roll, pitch, heading in deg, heading clockwise from north",
+    "sigma_north, east, down in m, sigma_vn, ve, vd in m/s, sigma_about_north, about_east, heading in deg; biases in deg/s and m/s2",
+    "protection: bounds of the errors in m and deg, exceeded for less than 1e-3 of the time",
+    "q: scalar first, body to north-east-down; ready, at_rest: 1 or 0",
+    f"phase: {', '.join(f'{number} {name}' for number, name in enumerate(PHASES))}",
+)
+"""Of the columns of an InsRun."""
+
+Written = Run | InsRun
+Columns = dict[str, np.ndarray]
+Tables = list[tuple[Sequence[str], np.ndarray]]  # names of columns, and an array with as many
 
 
-def columns(run: Run) -> dict[str, np.ndarray]:
-    """The columns of the file by name, each n long; numbers, and flags as whole numbers.
+def columns(run: Written) -> Columns:
+    """The columns of the file by name, each n long; numbers, and flags and phases as whole numbers."""
+    tables = _of_navigation(run) if isinstance(run, InsRun) else _of_attitude(run)
+    return {name: table[:, i] for names, table in tables for i, name in enumerate(names)}
 
-    tilt_deg is the angle between the body's z axis and the vertical. accel_accepted and mag_accepted are 1 where the gate let a
+
+def _of_attitude(run: Run) -> Tables:
+    """tilt_deg is the angle between the body's z axis and the vertical. accel_accepted and mag_accepted are 1 where the gate let a
     sample pass as it was, 0 where not, NaN where there was none; all NaN in a run that did not ask for them.
     """
-    tables: list[tuple[tuple[str, ...], np.ndarray]] = [
+    return [
         (("t_s",), run.t_s[:, None]),
         (("q0", "q1", "q2", "q3"), run.q_nb),
         (("roll_deg", "pitch_deg", "yaw_deg"), np.degrees(run.euler_rad)),
@@ -49,7 +66,33 @@ def columns(run: Run) -> dict[str, np.ndarray]:
         (("accel_accepted", "mag_accepted"), _accepted(run)),
         (tuple(f"{sensor}_health" for sensor in HEALTH_SENSORS), run.health),
     ]
-    return {name: table[:, i] for names, table in tables for i, name in enumerate(names)}
+
+
+def _of_navigation(run: InsRun) -> Tables:
+    """Lengths in m, angles in deg."""
+    angles = np.degrees(run.euler_rad)
+    angles[:, 2] %= 360
+    second = np.degrees(run.heading_second[:, 0]) % 360
+    return [
+        (("t_s",), run.t_s[:, None]),
+        (("lat_deg", "lon_deg"), np.degrees(run.place[:, :2])),
+        (("alt_m",), run.place[:, 2:]),
+        (("vn", "ve", "vd"), run.velocity_n_m_s),
+        (("roll", "pitch", "heading"), angles),
+        ([f"sigma_{axis}" for axis in ("north", "east", "down")], run.sigma_position_m),
+        (("sigma_vn", "sigma_ve", "sigma_vd"), run.sigma_velocity_m_s),
+        (("sigma_about_north", "sigma_about_east", "sigma_heading"), np.degrees(run.sigma_rotation_rad)),
+        ([f"{name}_ready" for name in READY], run.ready.astype(np.uint8)),
+        (("phase",), run.phase[:, None]),
+        (("at_rest",), run.at_rest[:, None].astype(np.uint8)),
+        (("heading_second",), second[:, None]),
+        (("heading_second_share",), run.heading_second[:, 1:]),
+        (("protection_horizontal", "protection_vertical"), run.protection_m),
+        (("protection_heading",), np.degrees(run.protection_heading_rad)[:, None]),
+        ([f"gyro_bias_{axis}" for axis in "xyz"], np.degrees(run.gyro_bias_rad_s)),
+        ([f"accel_bias_{axis}" for axis in "xyz"], run.accel_bias_m_s2),
+        (("q0", "q1", "q2", "q3"), run.q_nb),
+    ]
 
 
 def _tilt_rad(run: Run) -> Array:
@@ -66,17 +109,18 @@ def _accepted(run: Run) -> Array:
     return np.where(used, run.accepted.astype(float), np.nan)
 
 
-def comments(run: Run, more: Sequence[str] = ()) -> list[str]:
+def comments(run: Written, more: Sequence[str] = ()) -> list[str]:
     """Lines of the head of the file; more: lines of the caller."""
-    states = ", ".join(f"{number} {name}" for number, name in enumerate(SENSOR_STATES))
+    notes = NOTES_OF_NAVIGATION if isinstance(run, InsRun) else _notes_of_attitude(run)
+    return [f"hnav {__version__}", *more, *option_lines(run.options), *notes]
+
+
+def _notes_of_attitude(run: Run) -> list[str]:
     frame = "" if run.options is None else f" ({run.options.navigation_frame})"
     return [
-        f"hnav {__version__}",
-        *more,
-        *option_lines(run.options),
         f"q: scalar first, body to navigation{frame}; sigma_x, y, z: about the navigation axes; bias: body axes",
         "heading: clockwise from north; tilt: of body z from the vertical; ready, accepted: 1 or 0",
-        f"health: {states}",
+        f"health: {', '.join(f'{number} {name}' for number, name in enumerate(SENSOR_STATES))}",
     ]
 
 
@@ -88,7 +132,7 @@ def option_lines(options: Options | None) -> list[str]:
     return [f"filter {options.filter}, preset {options.preset}", f"options that differ from the preset: {changed}"]
 
 
-def write_table(path: str | Path, run: Run, more: Sequence[str] = ()) -> None:
+def write_table(path: str | Path, run: Written, more: Sequence[str] = ()) -> None:
     """Writes the columns of a run with its comments, whole or not at all. Raises HnavError.
 
     more: lines for the head. Parquet needs pyarrow, and keeps the comments as metadata of the table under "hnav".
@@ -100,22 +144,15 @@ PRECISE = {"t_s": "%r", "lat_deg": "%.12g", "lon_deg": "%.12g"}
 """Columns that keep every digit: %r is the shortest text with the bits of the number."""
 
 
-def write_pieces(path: str | Path, runs: Iterable[Run], more: Sequence[str] = ()) -> None:
+def write_pieces(path: str | Path, runs: Iterable[Written], more: Sequence[str] = ()) -> None:
     """Writes a run that comes in pieces, one or more, each the rows after those of the one before: the same file as write_table
     of the whole, if every piece but the last has a multiple of ROW_GROUP rows. What the making of a run raises leaves the old
-    file."""
+    file. Raises HnavError."""
     runs = iter(runs)
-    first = next(runs)
-    write_columns(path, map(columns, chain([first], runs)), comments(first, more))
-
-
-Columns = dict[str, np.ndarray]
-
-
-def write_columns(path: str | Path, pieces: Iterator[Columns], said: Sequence[str]) -> None:
-    """The same for any columns by name; said: the lines of the head. Raises HnavError."""
-    path, said = Path(path), [line.replace("\n", " ") for line in said]
-    write_files({path: (_parquet if path.suffix.lower() in PARQUET else _csv)(path, pieces, said)})
+    first, path = next(runs), Path(path)
+    head = [line.replace("\n", " ") for line in comments(first, more)]
+    made = (_parquet if path.suffix.lower() in PARQUET else _csv)(path, map(columns, chain([first], runs)), head)
+    write_files({path: made})
 
 
 def formats_of(table: Mapping[str, np.ndarray]) -> dict[str, str]:

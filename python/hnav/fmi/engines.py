@@ -12,9 +12,9 @@ import numpy as np
 
 from hnav.errors import HnavRuntimeError, HnavValueError
 from hnav.filters import attitude_recording
+from hnav.filters.attitude_answers import Run
 from hnav.filters.attitude_recording import Progress
 from hnav.filters.options import FILTERS, Options
-from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 
 ENGINES = ("c", "fmi2-cs", "fmi2-me", "fmi3-cs", "fmi3-me")
@@ -29,9 +29,9 @@ def run_recording(
     step_s: float | None = None,
     progress: Progress | None = None,
     smooth: bool = False,
-) -> Result:
+) -> Run:
     """settings: option name to value as text. step_s: communication step of an FMU; None: from sample to sample.
-    smooth: with hindsight, by the AHRS in C. Smoothing and late fields leave Result.accepted out.
+    smooth: with hindsight, by the AHRS in C. Smoothing and late fields leave Run.accepted out.
 
     Raises HnavError for impossible settings and engines.
     """
@@ -41,8 +41,7 @@ def run_recording(
         from hnav.fmi.fmu_run import run_fmu  # fmpy takes a while to load
 
         return run_fmu(recording, filter, engine, settings, preset=preset, step_s=step_s, progress=progress)
-    ran = attitude_recording.run_recording(recording, Options(filter, preset, **settings), progress, smooth)
-    return Result(**vars(ran.run), engine="c", us_per_sample=ran.us_per_sample, counts=ran.counts)
+    return attitude_recording.run_recording(recording, Options(filter, preset, **settings), progress, smooth)
 
 
 def _check(recording: Recording, filter: str, engine: str, step_s: float | None, smooth: bool) -> None:

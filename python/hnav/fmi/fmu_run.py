@@ -13,13 +13,12 @@ from typing import Protocol
 
 import numpy as np
 
-from hnav.filters.attitude_answers import empty_run
+from hnav.filters.attitude_answers import Run, empty_run
 from hnav.filters.attitude_recording import Progress, Speeds, speeds_of
 from hnav.filters.filter_answers import HEALTH_SENSORS
 from hnav.filters.options import Options, option_table
 from hnav.fmi.fmus import Fmu, fmu_path, parameter_values
 from hnav.fmi.points import check_points
-from hnav.fmi.results import Result
 from hnav.io.recordings import Recording
 from hnav.rotations import euler_rad
 
@@ -57,7 +56,7 @@ def run_fmu(
     preset: str = "default",
     step_s: float | None = None,
     progress: Progress | None = None,
-) -> Result:
+) -> Run:
     """engine: fmi2-cs, fmi2-me, fmi3-cs or fmi3-me. Samples are marked by their counters and stamped with their times.
 
     step_s None: a communication point at every sample. Otherwise a grid of that step, and a sample is delivered at the
@@ -90,9 +89,9 @@ def run_fmu(
         if progress:
             progress(len(recording.t_s), len(recording.t_s))
         counts = {name: int(fmu.get(f"count.{name}")) for name in COUNTS} | {"rhs_evals": int(fmu.get("solver.rhs_evals"))}
-    result = estimates.result(recording, samples.present, engine, 1e6 * seconds / len(rows), counts)
-    result.options = Options(filter, preset, **settings)
-    return result
+    run = estimates.run(recording, samples.present)
+    run.options, run.us_per_sample, run.counts = Options(filter, preset, **settings), 1e6 * seconds / len(rows), counts
+    return run
 
 
 def communication_points(t_s: np.ndarray, step_s: float | None) -> tuple[np.ndarray, np.ndarray]:
@@ -154,9 +153,7 @@ class _Estimates:
             get()
             columns[row] = values
 
-    def result(
-        self, recording: Recording, present: np.ndarray, engine: str, us_per_sample: float, counts: dict[str, int]
-    ) -> Result:
+    def run(self, recording: Recording, present: np.ndarray) -> Run:
         """Sets rows before the start to NaN, and NIS where no sample was used."""
         table = self._table
         started = np.isfinite(table[:, 0]) & (table[:, SIGMA.start] < np.pi)  # sigma is pi before the start
@@ -165,10 +162,10 @@ class _Estimates:
         nis[nis == 0] = np.nan
         for column in range(present.shape[1] - 1):  # force and, if there is one, field
             nis[~present[:, column + 1], column] = np.nan
-        return Result(
+        return Run(
             t_s=recording.t_s, q_nb=table[:, Q], euler_rad=euler_rad(table[:, Q]), sigma_rad=table[:, SIGMA],
             gyro_bias_rad_s=table[:, BIAS], gyro_bias_sigma_rad_s=table[:, BIAS_SIGMA], accel_nis=nis[:, 0], mag_nis=nis[:, 1],
-            ready=self._flags[:, READY], accepted=self._flags[:, GATES] & np.isfinite(nis), health=self._health, engine=engine, us_per_sample=us_per_sample, counts=counts,
+            ready=self._flags[:, READY], accepted=self._flags[:, GATES] & np.isfinite(nis), health=self._health,
         )  # fmt: skip
 
 

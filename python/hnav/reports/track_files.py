@@ -22,13 +22,13 @@ CLOCK_S = 1e8
 """Times in s above this count from 1970; others have no date and are left out."""
 
 
-def write_tum(path: Path, runs: Iterable[Run] | Iterable[InsRun]) -> None:
+def write_tum(path: Path, runs: Iterable[Run | InsRun]) -> None:
     """A line for each row with an attitude, of one run in pieces. Positions are metres north, east, down of the first place; of an attitude
     filter they are 0. Raises OutputError."""
     write_files({path: _tum(runs)})
 
 
-def _tum(runs: Iterable[Run] | Iterable[InsRun]) -> Iterator[bytes]:
+def _tum(runs: Iterable[Run | InsRun]) -> Iterator[bytes]:
     begin: Array | None = None
     for run in runs:
         known = np.isfinite(run.q_nb).all(axis=1)
