@@ -174,6 +174,7 @@ def _score(run_at: Callable[[Array], ObserverRun | None], logs: Array, run: Obse
 
 
 def _noises(plan: Plan) -> list[str]:
+    """Kind and name of each, such as "sensor x"; a plan has the dictionaries sensors, states, ..."""
     kinds = {"state": plan.states, "unknown_input": plan.unknown_inputs, "parameter": plan.parameters}
     names = [f"sensor {name}" for name in plan.sensors]
     return names + [f"{kind} {name}" for kind, known in kinds.items() for name, told in known.items() if told.noise > 0]
@@ -183,11 +184,8 @@ def _scaled(plan: Plan, factors: Mapping[str, float]) -> Plan:
     made = plan.copy()
     for name, factor in factors.items():
         kind, variable = name.split(" ", 1)
-        if kind == "sensor":
-            made.sensors[variable] = replace(made.sensors[variable], noise=factor * made.sensors[variable].noise)
-        else:
-            known = {"state": made.states, "unknown_input": made.unknown_inputs, "parameter": made.parameters}[kind]
-            known[variable] = replace(known[variable], noise=factor * known[variable].noise)
+        known = getattr(made, f"{kind}s")
+        known[variable] = replace(known[variable], noise=factor * known[variable].noise)
     return made
 
 

@@ -19,7 +19,7 @@ def normalised_squares(error: np.ndarray, P: np.ndarray) -> np.ndarray:
 
 
 def finite_mean(values: np.ndarray) -> float:
-    """Root mean square of the finite values; NaN if there are none."""
+    """Mean of the finite values; NaN if there are none."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else np.nan
 
