@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,25 +18,16 @@ UNITS = {"gyro": ("deg/h", np.pi / 180 / 3600), "accel": ("ug", 9.80665e-6), "ma
 """Of the deviation."""
 
 
-@dataclass(frozen=True)
-class View:
-    """The noise of all sensors."""
-
-    found: Mapping[str, SensorNoise]
-    t_s: tuple[float, ...] = (0.0, 1.0)
-    """The panels have no times."""
-
-
 def write_noise_report(found: Mapping[str, SensorNoise], name: str, file: Path) -> None:
     """Writes one HTML page that needs no network. Needs Plotly. Raises HnavError if it cannot be written."""
     facts = {TITLES[sensor].lower(): f"{one.length_s:.4g} s at rest, {one.rate_hz:.4g} Hz" for sensor, one in found.items()}
     panels = [FIGURES, *(_panel(sensor) for sensor in found)]
-    write_page(file, f"Noise of {name}", facts, [], panels, View(found))
+    write_page(file, f"Noise of {name}", facts, [], panels, found)
 
 
 def _panel(sensor: str) -> Panel:
     note = "Overlapping Allan deviation (dots, with the bounds of 95 % by their degrees of freedom) and what was fitted (lines)."
-    return Panel(sensor, TITLES[sensor], note, lambda seen: _allan(seen.found[sensor], sensor))
+    return Panel(sensor, TITLES[sensor], note, lambda found: _allan(found[sensor], sensor))
 
 
 def _allan(noise: SensorNoise, sensor: str) -> Any:
@@ -63,9 +53,9 @@ def _allan(noise: SensorNoise, sensor: str) -> Any:
     return figure
 
 
-def _table(seen: View) -> str:
+def _table(found: Mapping[str, SensorNoise]) -> str:
     rows = []
-    for sensor, noise in seen.found.items():
+    for sensor, noise in found.items():
         for term, (entry, unit, si) in ENTRIES[sensor].items():
             of = noise.terms[term]
             cells = [

@@ -76,7 +76,7 @@ def write_page(
 
 
 def write_panels(file: str | Path, title: str, head: str, figures: str, seen: Any, panels: Sequence[Panel]) -> list[str]:
-    """The same with its head as HTML. seen: what the panels draw, with times t_s."""
+    """The same with its head as HTML. seen: what the panels draw, with times t_s where they have an axis of time."""
     shown = [panel for panel in panels if panel.applies(seen)]
     links = "".join(f'<a href="#{panel.name}">{escape(panel.title)}</a>' for panel in shown)
     main = "\n".join([f"<nav>{links}</nav><main>", figures, *(section(panel, seen) for panel in shown), "</main>"])

@@ -24,8 +24,6 @@ class View:
     directions: Array
     """n x 3: unit vectors of the force in body axes."""
     rows: Sequence[Sequence[str]] = ()
-    t_s: tuple[float, ...] = (0.0, 1.0)
-    """The panels have no times."""
 
 
 def write_sensor_report(name: str, found: SensorCalibration, rows: Sequence[Sequence[str]], file: Path) -> None:
