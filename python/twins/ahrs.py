@@ -22,6 +22,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hnav.certify.durations import has_lasted, has_passed, is_within
 from hnav.certify.hrekf import inflate
@@ -51,7 +52,6 @@ from twins.ahrs_parts import (
     wrap,
 )
 from twins.first_samples import G_M_S2
-from twins.hrekf import quaternion_of
 from twins.ins import EYE, cross, cross_matrix, turned
 
 V, FORCE_BIAS, CALIBRATION, PHI, BIAS, M = slice(0, 2), slice(2, 5), slice(6, 15), slice(15, 18), slice(18, 21), slice(21, 23)
@@ -864,7 +864,8 @@ class AhrsReference:
     @property
     def q_nb(self) -> Array:
         """4: scalar first."""
-        return quaternion_of(self.R_bn @ exp(self.turn_rate() * self.o.output_latency_s))
+        R_bn = self.R_bn @ exp(self.turn_rate() * self.o.output_latency_s)
+        return np.asarray(Rotation.from_matrix(R_bn).as_quat(canonical=True, scalar_first=True))
 
     def rotation_covariance(self) -> Array:
         """3 x 3, about the navigation axes, now: with the added variances of tilt and heading and of the rate's interval."""

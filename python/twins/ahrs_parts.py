@@ -12,8 +12,8 @@ import numpy as np
 from hnav.certify.durations import has_lasted, has_passed, is_gap, is_within, usual_interval
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
-from twins.first_samples import G_M_S2, AgreeingSamples
-from twins.ins import cross_matrix, turned
+from twins.first_samples import G_M_S2, AgreeingSamples, triad
+from twins.ins import rotation_of, turned
 
 ANY_HEADING = math.pi**2 / 3
 """Variance of an unknown heading."""
@@ -57,16 +57,6 @@ def level(force_b: Array, heading_rad: float) -> Array:
     return R_bn
 
 
-def triad(force_b: Array, field_b: Array) -> Array | None:
-    """3 x 3, body to navigation: down against the force, the field across it to the north. None where the two are parallel."""
-    down = -force_b / np.linalg.norm(force_b)
-    east = np.cross(down, field_b / np.linalg.norm(field_b))
-    if not np.linalg.norm(east) > 1e-3:
-        return None
-    east = east / np.linalg.norm(east)
-    return np.stack([np.cross(east, down), east, down])
-
-
 class SampleTimes:
     """The duration that a sample of one sensor stands for, by the time stamps."""
 
@@ -100,9 +90,7 @@ class FirstSamples:
         self.samples.add(t_s, rate, force, field)
         force, field = self.samples.means()
         if o.start_mode == "attitude":
-            w, x, y, z = np.array(o.start_q_nb) / np.linalg.norm(o.start_q_nb)
-            X = cross_matrix(np.array([x, y, z]))
-            return np.eye(3) + 2 * w * X + 2 * X @ X, o.start_sigma_heading_rad
+            return rotation_of(o.start_q_nb), o.start_sigma_heading_rad
         if force is None:
             return None
         if o.start_mode == "heading":
@@ -118,7 +106,8 @@ class FirstSamples:
         R_bn = triad(force, field)
         if R_bn is None:
             self.samples.forget()  # parallel: wait for better ones
-        return None if R_bn is None else (R_bn, o.start_sigma_heading_rad)
+            return None
+        return R_bn, o.start_sigma_heading_rad
 
 
 class MotionNoise:

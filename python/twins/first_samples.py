@@ -14,6 +14,16 @@ G_M_S2 = 9.80665
 PATIENCE_S = 1.0
 
 
+def triad(force_b: Array, field_b: Array) -> Array | None:
+    """3 x 3, body to navigation: down against the force, the field across it to the north. None where the two are parallel."""
+    down = -force_b / np.linalg.norm(force_b)
+    east = np.cross(down, field_b / np.linalg.norm(field_b))
+    if not np.linalg.norm(east) > 1e-3:
+        return None
+    east = east / np.linalg.norm(east)
+    return np.stack([np.cross(east, down), east, down])
+
+
 class AgreeingSamples:
     """The mean of the newest samples of force and field that agree, in the present body axes.
 

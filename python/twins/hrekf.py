@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from hnav.certify.hrekf import Direction, HrekfEquations, Numbers, Omega, Xi
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.rotations import quaternion_product
-from twins.first_samples import AgreeingSamples
+from twins.first_samples import AgreeingSamples, triad
 
 # --------------------------------------------------------------------------------------------- as printed
 
@@ -119,11 +120,11 @@ class ReferenceFilter(HrekfEquations):
         f, m = self.first.means()
         if f is None or m is None:
             return
-        down = -f / np.linalg.norm(f)
-        east = np.cross(down, m)
-        east /= np.linalg.norm(east)
-        R_bn = np.stack([np.cross(east, down), east, down])
-        self.q = quaternion_of(R_bn)
+        R_bn = triad(f, m)
+        if R_bn is None:
+            self.first.forget()
+            return
+        self.q = Rotation.from_matrix(R_bn).as_quat(canonical=True, scalar_first=True)
         if self.reference is None:
             north, _, vertical = R_bn @ m
             self.reference = (
@@ -146,20 +147,6 @@ class ReferenceFilter(HrekfEquations):
         return [h[place[d.sensor]] for d in directions], [H[place[d.sensor]] for d in directions]
 
 
-def quaternion_of(R_bn: Numbers) -> Numbers:
-    """Unit quaternion of a rotation matrix, body to navigation (largest eigenvector, Bar-Itzhack 2000)."""
-    (a, b, c), (d, e, f), (g, h, i) = R_bn.tolist()
-    K = np.array([
-        [a - e - i, d + b, g + c, h - f],
-        [d + b, e - a - i, h + f, c - g],
-        [g + c, h + f, i - a - e, d - b],
-        [h - f, c - g, d - b, a + e + i],
-    ])  # fmt: skip
-    v = np.linalg.eigh(K)[1][:, -1]
-    q = np.array([v[3], v[0], v[1], v[2]])
-    return q if q[0] >= 0 else -q
-
-
 def run_reference(
     t_s: Numbers, rate: Numbers, force: Numbers, field: Numbers, options: Options, literal: str = ""
 ) -> tuple[Numbers, Numbers, Numbers]:
@@ -180,8 +167,6 @@ def run_reference(
 
 def tilted_turns(tilt_deg: float, duration_s: float, seed: int = 3) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
     """(t_s, rate, force, field, bias): a body pitched and rolled by tilt_deg that yaws to and fro by 60 deg; 50 Hz."""
-    from scipy.spatial.transform import Rotation
-
     t = np.arange(0, duration_s, 0.02)
     bias = np.radians([1.0, -1.5, 0.5])
     angles = np.stack([60 * np.sin(0.3 * t), np.full_like(t, tilt_deg), np.full_like(t, tilt_deg)], axis=1)

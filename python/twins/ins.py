@@ -12,8 +12,10 @@ description.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hnav import earth
 from hnav.certify.durations import has_lasted, has_passed
@@ -49,6 +51,11 @@ def cross(x: Array, y: Array) -> Array:
     """NumPy's takes ten times as long for three numbers."""
     (a, b, c), (d, e, f) = x.tolist(), y.tolist()
     return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
+def rotation_of(q: Sequence[float]) -> Array:
+    """3 x 3 of a quaternion of any length."""
+    return np.asarray(Rotation.from_quat(q, scalar_first=True).as_matrix())
 
 
 def turned(x: Array) -> tuple[Array, Array, Array]:
@@ -155,9 +162,7 @@ class InsReference:
         self.o = o = options
         self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)
         self.earth_rate = self.T.T @ [0, 0, earth.RATE_RAD_S]
-        w, x, y, z = np.asarray(o.start_q_nb) / np.linalg.norm(o.start_q_nb)
-        X = cross_matrix(np.array([x, y, z]))
-        self.R = np.eye(3) + 2 * w * X + 2 * X @ X
+        self.R = rotation_of(o.start_q_nb)
         self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)

@@ -148,10 +148,7 @@ class ReferenceInsError:
                 self._printed(u, z, z_before)
             self.shown = (self.x, self.P)
         elif form == "differenced":
-            if self.steps == 0:
-                self._differenced_first(z)
-            else:
-                self._differenced(u, z, z_before)
+            self._differenced(u, z, z_before)
         else:
             self._kalman(u, z)
         self.z_shown = z_before if self.steps > 0 and (form in PRINTED or self.o.lag) else z
@@ -190,8 +187,7 @@ class ReferenceInsError:
             self.P = self.P + Q - self.Qa
         else:
             self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
-        root = np.sqrt((self.joint or self.noise).scale)
-        R = root[:, None] * Qv * root + self.extra
+        R = self._white() + self.extra
         S = H @ self.P @ H.T + R
         nu = self._conclude(S)
         if self.steps > 0 and self.o.lag:
@@ -241,28 +237,16 @@ class ReferenceInsError:
         self.P = 0.5 * (P + P.T)
 
     def _white(self) -> Array:
-        root = np.sqrt(self.noise.scale)
+        root = np.sqrt((self.joint or self.noise).scale)
         scaled: Array = root[:, None] * self.m.Qv * root
         return scaled
 
-    def _differenced_first(self, z: Array) -> None:
-        H, Qv = self.m.H, self.m.Qv
-        zero = np.zeros(self.m.nz)
-        self.innovation = z - H @ self.x
-        base = H @ self.P @ H.T + self.Lambda0
-        self.noise.update(self.innovation, base, np.diag(Qv), zero, zero)
-        R = self._white() + self.Lambda0
-        S = H @ self.P @ H.T + R
-        nu = self._conclude(S)
-        K = self._solve(S, H @ self.P).T
-        self.x = self.x + K @ nu
-        E = np.eye(self.m.nx) - K @ H
-        self.P = E @ self.P @ E.T + K @ R @ K.T
-        self.v_before = self.noise.scale * np.diag(Qv)
-        self.shown = (self.x, self.P)
-
     def _differenced(self, u: Array, z: Array, z_before: Array) -> None:
         m, An, Hd = self.m, self.An, self.Hd
+        if self.steps == 0:
+            self._kalman(u, z)
+            self.v_before = self.noise.scale * np.diag(m.Qv)
+            return
         self.innovation = self._difference(u, z, z_before)
         healthy = An @ m.Qv @ An.T
         diagonal = np.array_equal(m.Qv, np.diag(np.diag(m.Qv)))
