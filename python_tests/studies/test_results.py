@@ -57,6 +57,13 @@ def test_a_measurement_writes_its_own_file_alone(tmp_path, monkeypatch):
     assert made["commands"] == ["study ins_error_peer"] and "revision" in made["when"]
 
 
+def test_each_measurement_has_one_command_that_the_study_can_call():
+    assert set(results.QUICK) < results.MEASUREMENTS.keys()
+    for result in results.MEASUREMENTS.values():
+        (line,) = result["commands"]
+        assert line.split()[0] in ("study", "hnav")
+
+
 def rows_of_the_page() -> list[tuple[str, str]]:
     return re.findall(r"^\| [^|]+ \| ([^|]+) \| \[\w+\]\(results/(\w+)\.json\) \|$", PAGE.read_text(), re.MULTILINE)
 

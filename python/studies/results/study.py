@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import datetime
+import json
 import os
 import platform
 import re
 import shlex
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import typer
 
@@ -22,64 +22,51 @@ from hnav.places import CHECKOUT
 from studies.command import check_choices
 from studies.results.tables import json_text, read_printed
 
-TRIALS, FLIGHT = "DIR", "FLIGHT"
-FOLDERS = {TRIALS: "BROAD_DIR", FLIGHT: "HNAV_FLIGHT"}
-"""Words of a command that stand for a folder, and the variable of the environment that names it."""
-
-
-class Section(NamedTuple):
-    """A measurement. command: as it is typed behind ./run; quick: within two minutes on two cores."""
-
-    title: str
-    says: str
-    command: str
-    quick: bool
-
-    @property
-    def needs(self) -> list[str]:
-        """Variables of the environment."""
-        return [FOLDERS[word] for word in self.command.split() if word in FOLDERS]
-
-
-_LISTED = tomllib.loads(Path(__file__).with_name("sections.toml").read_text(encoding="utf-8"))
-SECTIONS = {name: Section(**fields) for name, fields in _LISTED.items()}
-
-
-# --------------------------------------------------------------------------------------------- the command
-
-
 RESULTS = CHECKOUT / "docs" / "results"
+FOLDERS = {"DIR": "BROAD_DIR", "FLIGHT": "HNAV_FLIGHT"}
+"""Words of a command that stand for a folder, and the variable of the environment that names it."""
+QUICK = (
+    "broad", "calibration", "certificate", "certificate_rho", "certificate_slow", "coloured_time", "damaged", "hidden", "hrekf", "ins_flight",
+    "ins_given", "ins_hands", "ins_speed", "motion", "observer_bounds", "observer_cost", "observer_laws", "observer_size", "observer_tank",
+    "reading", "sensitivity", "sensor_calibration",
+)  # fmt: skip
+"""Within two minutes on two cores."""
+
+
+def measurements() -> dict[str, dict[str, Any]]:
+    """By name, those that their command makes again; of a file with notes a part was written by hand."""
+    found = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(RESULTS.glob("*.json"))}
+    return {name: result for name, result in found.items() if "notes" not in result}
+
+
+MEASUREMENTS = measurements()
 
 
 def command(
-    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help=", ".join(SECTIONS))] = None,
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME]...", help=", ".join(MEASUREMENTS))] = None,
     everything: Annotated[bool, typer.Option("--all", help="Also what takes longer than two minutes")] = False,
     folder: Annotated[Path, typer.Option(metavar="DIR", help="Where NAME.json is written")] = RESULTS,
 ) -> None:
     """Measures, and writes docs/results/NAME.json for each measurement."""
-    check_choices("there is no measurement", names or (), SECTIONS)
-    chosen = names or [name for name, section in SECTIONS.items() if section.quick or everything]
-    for name in chosen:
-        section = SECTIONS[name]
-        if missing := [variable for variable in section.needs if not os.environ.get(variable)]:
+    check_choices("there is no measurement", names or (), MEASUREMENTS)
+    for name in names or (MEASUREMENTS if everything else QUICK):
+        (line,) = MEASUREMENTS[name]["commands"]
+        if missing := [FOLDERS[word] for word in line.split() if word in FOLDERS and not os.environ.get(FOLDERS[word])]:
             say(f"{name} is left out: {missing[0]} is not set")
             continue
-        say(f"{name}: ./run {section.command}")
-        result = {
-            "title": section.title, "says": section.says, "commands": [section.command], "when": circumstances(),
-            "printed": read_printed(answer_of(section)),
-        }  # fmt: skip
+        say(f"{name}: ./run {line}")
+        result = MEASUREMENTS[name] | {"when": circumstances(), "printed": read_printed(answer_of(line))}
         write_files({folder / f"{name}.json": json_text(result)})
 
 
-def answer_of(section: Section) -> str:
-    """What the command prints. Raises UsageError when it fails."""
-    words = [os.environ[FOLDERS[word]] if word in FOLDERS else word for word in shlex.split(section.command)]
+def answer_of(line: str) -> str:
+    """What a command prints, as it is typed behind ./run. Raises UsageError when it fails."""
+    words = [os.environ[FOLDERS[word]] if word in FOLDERS else word for word in shlex.split(line)]
     # The build is that of ./run study, so the modules are called by themselves.
     modules = {"study": ["-m", "studies", *words[1:]], "hnav": ["-m", "hnav", *words[1:]]}
     done = subprocess.run([sys.executable, *modules[words[0]]], capture_output=True, text=True, cwd=CHECKOUT, check=False)
     if done.returncode:
-        raise UsageError(f"./run {section.command}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
+        raise UsageError(f"./run {line}: {(done.stderr.strip().splitlines() or ['failed'])[-1]}")
     return re.sub(r"[ \t]+$", "", done.stdout, flags=re.MULTILINE)
 
 
