@@ -14,10 +14,10 @@
 // and outputs have to be finite. The others hold values at which arithmetic breaks, times far ahead and behind, and saved states
 // with damaged bytes. A call answers OK, or something else with a message. The last line of the output counts the calls and has the
 // longest time of one in seconds of this thread; a broken promise or a crash names the seed and exits with 1.
+#include "thread_time.hpp"
 #include "versions.hpp"
 
 #include <dlfcn.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -47,12 +47,6 @@ void crashed(int signal) {
     _exit(1);
 }
 
-double cpu_s() {
-    timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 // ---------------------------------------------------------------------------------------------- one sequence
 
 template <class Fmi>
@@ -70,7 +64,7 @@ public:
         for (int n = chance_.choice(4); n > 0; --n) set();
         if (ordinary_ || chance_.choice(4)) start();
         for (int n = chance_.choice(200); n > 0; --n) call();
-        if (state_) fmi_.forget(&state_);
+        if (state_) fmi_.FreeFMUState(fmi_.c, &state_);
         fmi_.FreeInstance(fmi_.c);
     }
 
@@ -173,7 +167,7 @@ private:
             if (!ordinary_ && n) x[static_cast<std::size_t>(chance_.choice(static_cast<int>(n)))] = chance_.wild();
             timed("set states", [&] { return fmi_.SetContinuousStates(fmi_.c, x.data(), n); });
             break;
-        case 1: timed("derivatives", [&] { return fmi_.derivatives(x.data(), n); }); break;
+        case 1: timed("derivatives", [&] { return fmi_.GetContinuousStateDerivatives(fmi_.c, x.data(), n); }); break;
         case 2: timed("nominals", [&] { return fmi_.GetNominalsOfContinuousStates(fmi_.c, x.data(), n); }); break;
         default: timed("indicators", [&] { return fmi_.GetEventIndicators(fmi_.c, x.data(), 0); });
         }
@@ -190,17 +184,17 @@ private:
 
     void snapshot() {
         switch (chance_.choice(4)) {
-        case 0: timed("save", [&] { return fmi_.save(&state_); }); break;
+        case 0: timed("save", [&] { return fmi_.GetFMUState(fmi_.c, &state_); }); break;
         case 1:
-            if (state_ || !ordinary_) timed("load", [&] { return fmi_.load(state_); });
+            if (state_ || !ordinary_) timed("load", [&] { return fmi_.SetFMUState(fmi_.c, state_); });
             break;
-        case 2: timed("free state", [&] { return fmi_.forget(&state_); }); break;
+        case 2: timed("free state", [&] { return fmi_.FreeFMUState(fmi_.c, &state_); }); break;
         default: serialise();
         }
     }
     void serialise() {
         std::size_t size = 0;
-        if (!state_ || timed("size of state", [&] { return fmi_.size_of(state_, &size); })) return;
+        if (!state_ || timed("size of state", [&] { return fmi_.SerializedFMUStateSize(fmi_.c, state_, &size); })) return;
         std::vector<char> bytes(size);
         timed("serialise", [&] { return fmi_.write(state_, bytes); });
         if (!ordinary_)
@@ -212,8 +206,8 @@ private:
         typename Fmi::State other = nullptr;
         const std::size_t given = ordinary_ ? size : size - static_cast<std::size_t>(chance_.choice(2));
         if (timed("deserialise", [&] { return fmi_.read(bytes, given, &other); }) == 0)
-            timed("load", [&] { return fmi_.load(other); });
-        fmi_.forget(&other);
+            timed("load", [&] { return fmi_.SetFMUState(fmi_.c, other); });
+        fmi_.FreeFMUState(fmi_.c, &other);
     }
 
     void life() {

@@ -53,7 +53,8 @@ def built() -> Path:
     """The program. Raises UsageError."""
     PROGRAM.parent.mkdir(parents=True, exist_ok=True)
     headers, source = fmi_headers(), Path(__file__).with_name("driver.cpp")
-    said_by(["c++", "-std=c++17", "-O2", "-g1", f"-I{headers}", f"-I{CHECKOUT / 'c_src'}", source, "-ldl", "-o", PROGRAM])
+    folders = [f"-I{folder}" for folder in (headers, CHECKOUT / "c_src", source.parents[1])]
+    said_by(["c++", "-std=c++17", "-O2", "-g1", *folders, source, "-ldl", "-o", PROGRAM])
     return PROGRAM
 
 

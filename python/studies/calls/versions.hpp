@@ -30,7 +30,27 @@ inline void log2(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, f
 }
 inline void log3(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String text) { messages += text && *text; }
 
-#define CALL(version, name) fmi##version##name##TYPE* name = symbol<fmi##version##name##TYPE>(library, "fmi" #version #name)
+// A call of a version, under the name that FMI 3 has for it.
+#define CALL_AS(version, name, own) fmi##version##own##TYPE* name = symbol<fmi##version##own##TYPE>(library, "fmi" #version #own)
+#define CALL(version, name) CALL_AS(version, name, name)
+#define CALLS_OF_BOTH(version)                                                                                                   \
+    CALL(version, FreeInstance);                                                                                                 \
+    CALL(version, EnterInitializationMode);                                                                                      \
+    CALL(version, ExitInitializationMode);                                                                                       \
+    CALL(version, Terminate);                                                                                                    \
+    CALL(version, Reset);                                                                                                        \
+    CALL(version, GetBoolean);                                                                                                   \
+    CALL(version, SetBoolean);                                                                                                   \
+    CALL(version, GetDirectionalDerivative);                                                                                     \
+    CALL(version, DoStep);                                                                                                       \
+    CALL(version, EnterEventMode);                                                                                               \
+    CALL(version, EnterContinuousTimeMode);                                                                                      \
+    CALL(version, CompletedIntegratorStep);                                                                                      \
+    CALL(version, SetTime);                                                                                                      \
+    CALL(version, SetContinuousStates);                                                                                          \
+    CALL(version, GetContinuousStates);                                                                                          \
+    CALL(version, GetNominalsOfContinuousStates);                                                                                \
+    CALL(version, GetEventIndicators)
 
 struct Fmi2 {
     static constexpr int version = 2;
@@ -38,37 +58,21 @@ struct Fmi2 {
     void* library;
     fmi2Component c = nullptr;
     fmi2CallbackFunctions callbacks = {log2, std::calloc, std::free, nullptr, nullptr};
+    CALLS_OF_BOTH(2);
     CALL(2, Instantiate);
-    CALL(2, FreeInstance);
     CALL(2, SetupExperiment);
-    CALL(2, EnterInitializationMode);
-    CALL(2, ExitInitializationMode);
-    CALL(2, Terminate);
-    CALL(2, Reset);
     CALL(2, GetReal);
     CALL(2, GetInteger);
-    CALL(2, GetBoolean);
     CALL(2, SetReal);
     CALL(2, SetInteger);
-    CALL(2, SetBoolean);
-    CALL(2, GetFMUstate);
-    CALL(2, SetFMUstate);
-    CALL(2, FreeFMUstate);
-    CALL(2, SerializedFMUstateSize);
+    CALL_AS(2, GetFMUState, GetFMUstate);
+    CALL_AS(2, SetFMUState, SetFMUstate);
+    CALL_AS(2, FreeFMUState, FreeFMUstate);
+    CALL_AS(2, SerializedFMUStateSize, SerializedFMUstateSize);
     CALL(2, SerializeFMUstate);
     CALL(2, DeSerializeFMUstate);
-    CALL(2, GetDirectionalDerivative);
-    CALL(2, DoStep);
-    CALL(2, EnterEventMode);
     CALL(2, NewDiscreteStates);
-    CALL(2, EnterContinuousTimeMode);
-    CALL(2, CompletedIntegratorStep);
-    CALL(2, SetTime);
-    CALL(2, SetContinuousStates);
-    CALL(2, GetContinuousStates);
-    CALL(2, GetDerivatives);
-    CALL(2, GetNominalsOfContinuousStates);
-    CALL(2, GetEventIndicators);
+    CALL_AS(2, GetContinuousStateDerivatives, GetDerivatives);
 
     void instantiate(const Plan& plan, Chance&) {
         c = Instantiate("random", plan.model_exchange ? fmi2ModelExchange : fmi2CoSimulation, plan.token.c_str(),
@@ -105,11 +109,6 @@ struct Fmi2 {
         fmi2Boolean enter, end;
         return CompletedIntegratorStep(c, fmi2True, &enter, &end);
     }
-    int derivatives(double* x, std::size_t n) { return GetDerivatives(c, x, n); }
-    int save(State* s) { return GetFMUstate(c, s); }
-    int load(State s) { return SetFMUstate(c, s); }
-    int forget(State* s) { return FreeFMUstate(c, s); }
-    int size_of(State s, std::size_t* n) { return SerializedFMUstateSize(c, s, n); }
     int write(State s, std::vector<char>& b) { return SerializeFMUstate(c, s, b.data(), b.size()); }
     int read(const std::vector<char>& b, std::size_t n, State* s) { return DeSerializeFMUstate(c, b.data(), n, s); }
 };
@@ -119,22 +118,16 @@ struct Fmi3 {
     using State = fmi3FMUState;
     void* library;
     fmi3Instance c = nullptr;
+    CALLS_OF_BOTH(3);
     CALL(3, InstantiateModelExchange);
     CALL(3, InstantiateCoSimulation);
-    CALL(3, FreeInstance);
-    CALL(3, EnterInitializationMode);
-    CALL(3, ExitInitializationMode);
-    CALL(3, Terminate);
-    CALL(3, Reset);
     CALL(3, GetFloat64);
     CALL(3, GetInt32);
     CALL(3, GetInt64);
-    CALL(3, GetBoolean);
     CALL(3, GetClock);
     CALL(3, SetFloat64);
     CALL(3, SetInt32);
     CALL(3, SetInt64);
-    CALL(3, SetBoolean);
     CALL(3, SetClock);
     CALL(3, GetFMUState);
     CALL(3, SetFMUState);
@@ -142,19 +135,9 @@ struct Fmi3 {
     CALL(3, SerializedFMUStateSize);
     CALL(3, SerializeFMUState);
     CALL(3, DeserializeFMUState);
-    CALL(3, GetDirectionalDerivative);
-    CALL(3, DoStep);
-    CALL(3, EnterEventMode);
     CALL(3, EnterStepMode);
     CALL(3, UpdateDiscreteStates);
-    CALL(3, EnterContinuousTimeMode);
-    CALL(3, CompletedIntegratorStep);
-    CALL(3, SetTime);
-    CALL(3, SetContinuousStates);
-    CALL(3, GetContinuousStates);
     CALL(3, GetContinuousStateDerivatives);
-    CALL(3, GetNominalsOfContinuousStates);
-    CALL(3, GetEventIndicators);
 
     void instantiate(const Plan& plan, Chance& chance) {
         c = plan.model_exchange
@@ -225,15 +208,12 @@ struct Fmi3 {
         bool enter, end;
         return CompletedIntegratorStep(c, true, &enter, &end);
     }
-    int derivatives(double* x, std::size_t n) { return GetContinuousStateDerivatives(c, x, n); }
-    int save(State* s) { return GetFMUState(c, s); }
-    int load(State s) { return SetFMUState(c, s); }
-    int forget(State* s) { return FreeFMUState(c, s); }
-    int size_of(State s, std::size_t* n) { return SerializedFMUStateSize(c, s, n); }
     int write(State s, std::vector<char>& b) { return SerializeFMUState(c, s, reinterpret_cast<fmi3Byte*>(b.data()), b.size()); }
     int read(const std::vector<char>& b, std::size_t n, State* s) {
         return DeserializeFMUState(c, reinterpret_cast<const fmi3Byte*>(b.data()), n, s);
     }
 };
 
+#undef CALLS_OF_BOTH
 #undef CALL
+#undef CALL_AS
