@@ -17,7 +17,8 @@ from hnav import earth
 from hnav.filters.ins_answers import PHASES
 from hnav.filters.options import option_table
 from hnav.native.library import SENSORS
-from studies.ins.experiment import experiment, figures, judged, wrapped
+from hnav.systems.navigation_views import wrapped
+from studies.ins.experiment import experiment, figures, judged
 from studies.ins.faults import EVERY, errors, lying, outcomes, simulated
 from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes_of, trials

@@ -12,7 +12,7 @@ from hnav.filters.ins_answers import PHASES
 from hnav.filters.ins_recording import NavigationRun, inertial_rows
 from hnav.io.recordings import Recording
 from hnav.native.library import SENSORS
-from studies.ins.experiment import wrapped
+from hnav.systems.navigation_views import wrapped
 from studies.ins.vehicles import fixes, vehicle
 
 FAST = {"solver": "closed_form"}

@@ -6,8 +6,8 @@ import pytest
 import hnav
 from hnav import earth
 from hnav.filters.ins_answers import PHASES, InsRun
+from hnav.systems.navigation_views import wrapped
 from studies.ins import faults, hindsight
-from studies.ins.experiment import wrapped
 from studies.ins.faults import FAULTS
 from studies.ins.vehicles import fixes, vehicle
 

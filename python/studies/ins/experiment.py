@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
 from hnav import earth
-from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
-from hnav.native.arrays import Array, BoolArray
+from hnav.native.arrays import Array
 from hnav.systems.navigation_views import wrapped
 from studies.ins.conditions import CONDITIONS
 from studies.ins.flight import first_ready
 from studies.ins.motions import AT_REST
-from studies.ins.vehicles import Truth, receiver, starts_of, vehicle
+from studies.ins.vehicles import Truth, filter_of, starts_of, vehicle
 from studies.processes import in_order
 
 DURATIONS_S = {
@@ -35,6 +33,29 @@ EVERY = 10  # rows of the filter per scored row
 LARGEST = 100.0  # of one squared normalised error in a mean
 
 
+class Errors(NamedTuple):
+    """Estimate minus truth in the rows of a run, NaN where there is no estimate; axes: north, east, down at the estimated place."""
+
+    position_m: Array  # n x 3
+    velocity_m_s: Array  # n x 3
+    tilt_rad: Array  # n x 2: about north and east
+    heading_rad: Array  # n
+
+
+def errors_of(run: InsRun, truth: Truth, every: int = 1) -> Errors:
+    """every: as of Ins.run, of the times of the truth."""
+    at = truth.in_rows(slice(every - 1, None, every))
+    known = np.isfinite(run.q_nb[:, :1])
+    place = np.where(known, run.place, 0.0)
+    axes = earth.axes_at(place)
+    off = np.einsum("nij,ni->nj", axes, earth.position_of(place) - at.position_e)
+    fast = run.velocity_n_m_s - np.einsum("nij,ni->nj", axes, at.velocity_e)
+    down_b = at.attitude_e.inv().apply(axes[:, :, 2])
+    down = Rotation.from_quat(np.where(known, run.q_nb, [1, 0, 0, 0]), scalar_first=True).apply(down_b)
+    off, fast, tilt = (np.where(known, values, np.nan) for values in (off, fast, down[:, [1, 0]] * [-1, 1]))
+    return Errors(off, fast, tilt, wrapped(run.heading_rad - at.heading_rad()))
+
+
 def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, condition: str = "usual") -> dict[str, Any]:
     """The start of this number, under a condition of CONDITIONS: as of first_ready; error_end, sigma_end of the heading at the
     end, rad; position_z2, tilt_z2: means of the squared normalised errors at the end; early_tilt_z2: EARLY_S after the tilt was
@@ -42,43 +63,26 @@ def judged(kind: str, grade: str, seed: int, magnetometer: bool = False, conditi
     samples, truth = vehicle(kind, grade, seed, DURATIONS_S[kind], magnetometer)
     met = CONDITIONS[condition]
     samples = met.change(samples, truth, np.random.default_rng([seed, 9]))
-    colour_m = receiver(kind).colour_m
-    given: dict[str, object] = {"position_colour_m": (colour_m, colour_m), **met.options(truth)}
+    given = met.options(truth)
     if kind in AT_REST:
         latitude, longitude, height = earth.place_of(truth.position_e[0])
         given |= dict(
             start_place="given", start_latitude_rad=latitude, start_longitude_rad=longitude, start_height_m=height,
             rest_velocity_noise_m_s=REST_NOISE_M_S * (4 if kind == "swaying" else 1),
         )  # fmt: skip
-    ins = Ins(grade, solver="closed_form", **given)
-    run = ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids, every=EVERY)
-    rows = np.arange(EVERY - 1, len(samples.t_s), EVERY)
-    error = wrapped(run.heading_rad - truth.heading_rad()[rows])
-    off = earth.position_of(run.place[-1]) - truth.position_e[rows[-1]]
-    off_n = off @ earth.axes_at(run.place[-1])
+    run = filter_of(kind, grade, **given).run(*samples.arrays(), every=EVERY)
+    error = errors_of(run, truth, EVERY)
+    position_z2 = np.mean((error.position_m / run.sigma_position_m) ** 2, axis=1)
+    tilt_z2 = np.mean((error.tilt_rad / run.sigma_rotation_rad[:, :2]) ** 2, axis=1)
     found_s = run.t_s[np.argmax(np.isfinite(run.q_nb[:, 0]))]
     early = int(np.searchsorted(run.t_s, found_s + EARLY_S))
-    return first_ready(run, error, samples.t_s[0]) | {
-        "error_end": error[-1],
+    return first_ready(run, error.heading_rad, samples.t_s[0]) | {
+        "error_end": error.heading_rad[-1],
         "sigma_end": run.sigma_rotation_rad[-1, 2],
-        "position_z2": np.mean((off_n / run.sigma_position_m[-1]) ** 2) if kind not in AT_REST else np.nan,
-        "early_tilt_z2": tilt_z2(run, truth, rows, early),
-        "tilt_z2": tilt_z2(run, truth, rows, len(rows) - 1),
+        "position_z2": position_z2[-1] if kind not in AT_REST else np.nan,
+        "early_tilt_z2": tilt_z2[early] if early < len(tilt_z2) else np.nan,
+        "tilt_z2": tilt_z2[-1],
     }
-
-
-def tilt_z2(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], i: int) -> float:
-    """Mean of the two squared normalised errors of the tilt in a row of the run; NaN where it has none."""
-    if i >= len(rows) or not np.isfinite(run.q_nb[i]).all():
-        return np.nan
-    return float(np.mean((tilt_errors(run, truth, rows, i) / run.sigma_rotation_rad[i, :2]) ** 2))
-
-
-def tilt_errors(run: InsRun, truth: Truth, rows: npt.NDArray[np.intp], of: int | BoolArray) -> Array:
-    """Errors about north and east, in rad, of some rows of the run that have an attitude."""
-    down_e = earth.axes_at(run.place[of])[..., 2]
-    shown: Array = Rotation.from_quat(run.q_nb[of], scalar_first=True).apply(truth.attitude_e[rows[of]].inv().apply(down_e))
-    return shown[..., [1, 0]]
 
 
 def experiment(

@@ -21,9 +21,9 @@ from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import InsRun
 from hnav.native.arrays import Array, BoolArray
 from hnav.native.library import SENSORS
-from hnav.systems.navigation_views import wrapped
+from studies.ins.experiment import errors_of
 from studies.ins.flight import FIRST_S, LANDING_S, Flight
-from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes, receiver, starts_of, vehicle
+from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, filter_of, fixes, starts_of, vehicle
 from studies.processes import in_order
 
 BEGIN_S = 90.0  # after the start
@@ -112,8 +112,7 @@ def _noisy(sensor: str, noise: tuple[float, float, float], stated: float) -> Spo
 
 
 def _silent(samples: Samples, _: BoolArray, hit: BoolArray) -> Samples:
-    valid, _received, sensor, value = samples.aids.arrays()
-    return replace(samples, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
+    return samples.without_fixes(hit)
 
 
 def _late(seconds: float) -> Spoiler:
@@ -208,14 +207,11 @@ class Drive:
 
     samples: Samples
     truth: Truth
-    preset: str
-    options: dict[str, object]
+    made: Callable[[], Ins]  # with its options
 
     def run(self, samples: Samples, smooth: bool = False) -> InsRun:
         """Raises HnavRuntimeError where the filter fails."""
-        ins = Ins(self.preset, solver="closed_form", **self.options)
-        arrays = samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, samples.aids
-        return ins.run(*arrays, EVERY, check=False, smooth=smooth)
+        return self.made().run(*samples.arrays(), EVERY, check=False, smooth=smooth)
 
     def with_fault(self, name: str) -> tuple[Samples, float, float]:
         """The samples with this fault of FAULTS, and the times of its begin and end."""
@@ -230,8 +226,7 @@ class Drive:
 def simulated(kind: str, seed: int) -> Drive:
     """One of KINDS, of the industrial grade."""
     samples, truth = vehicle(kind, "industrial", seed, BEGIN_S + LONGEST_S + JUDGED_S)
-    colour_m = receiver(kind).colour_m
-    return Drive(samples, truth, "industrial", {"position_colour_m": (colour_m, colour_m)})
+    return Drive(samples, truth, partial(filter_of, kind, "industrial"))
 
 
 @lru_cache(1)
@@ -253,7 +248,7 @@ def flown(folder: Path, part: float) -> Drive:
     attitude = Rotation.from_quat(np.where(known[:, None], clean.q_nb, clean.q_nb[-1]), scalar_first=True)
     velocity_e = np.einsum("nij,nj->ni", axes, np.where(known[:, None], clean.velocity_n_m_s, 0.0))
     truth = Truth(clean.t_s, earth.position_of(place), velocity_e, Rotation.from_matrix(axes) * attitude)
-    return Drive(samples, truth, "consumer", {})
+    return Drive(samples, truth, partial(Ins, "consumer", solver="closed_form"))
 
 
 def _judged(kind: str, names: Sequence[str], folder: Path | None, start: float) -> list[dict[str, Any]]:
@@ -273,20 +268,11 @@ def _with_fault(drive: Drive, without: dict[str, Array], name: str) -> dict[str,
 
 def errors(run: InsRun, truth: Truth) -> dict[str, Array]:
     """Sizes of the errors by name, in rad, m and m/s, with "height"; NaN where there is no estimate."""
-    rows = np.arange(EVERY - 1, len(truth.t_s), EVERY)
-    known = np.isfinite(run.q_nb[:, 0])
-    place = np.where(known[:, None], run.place, 0.0)
-    axes = earth.axes_at(place)
-    off = np.einsum("nij,ni->nj", axes, earth.position_of(place) - truth.position_e[rows])
-    fast = run.velocity_n_m_s - np.einsum("nij,ni->nj", axes, truth.velocity_e[rows])
-    down_b = truth.attitude_e[rows].inv().apply(axes[:, :, 2])
-    tilt = Rotation.from_quat(np.where(known[:, None], run.q_nb, [1, 0, 0, 0]), scalar_first=True).apply(down_b)[:, :2]
-    heading = wrapped(run.heading_rad - truth.heading_rad()[rows])
-    sizes = {
-        "position": np.hypot(*off[:, :2].T), "height": np.abs(off[:, 2]), "velocity": np.hypot(*fast[:, :2].T),
-        "tilt": np.hypot(*tilt.T), "heading": np.abs(heading),
+    of = errors_of(run, truth, EVERY)
+    return {
+        "position": np.hypot(*of.position_m[:, :2].T), "height": np.abs(of.position_m[:, 2]),
+        "velocity": np.hypot(*of.velocity_m_s[:, :2].T), "tilt": np.hypot(*of.tilt_rad.T), "heading": np.abs(of.heading_rad),
     }  # fmt: skip
-    return {name: np.where(known, size, np.nan) for name, size in sizes.items()}
 
 
 def lying(run: InsRun, error: dict[str, Array]) -> dict[str, BoolArray]:

@@ -11,12 +11,11 @@ from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array, BoolArray
-from studies.ins.faults import FAULTS
+from studies.ins.experiment import EVERY, errors_of
 from studies.ins.vehicles import Truth, vehicle
 
 OUTAGE_S = (90.0, 120.0)
 LENGTH_S = 150.0
-EVERY = 10
 PARTS = ("before it is known", "from then on", "middle of the outage")
 """Rows before the heading was found; rows from then on; the ten seconds in the middle of the outage."""
 
@@ -27,10 +26,9 @@ def compared(kind: str, grade: str, seed: int) -> Array:
     samples, truth = vehicle(kind, grade, seed, LENGTH_S)
     begin, end = (samples.t_s[0] + t for t in OUTAGE_S)
     valid = samples.aids.arrays()[0]
-    silent = FAULTS["outage_30"].of(samples, samples.t_s < 0, (valid > begin) & (valid <= end))
+    arrays = samples.without_fixes((valid > begin) & (valid <= end)).arrays()
     ins = Ins(grade, solver="closed_form")
-    arrays = silent.t_s, silent.rate_b_rad_s, silent.force_b_m_s2, silent.aids, EVERY
-    filtered, smoothed = ins.run(*arrays), ins.smooth(*arrays)
+    filtered, smoothed = ins.run(*arrays, EVERY), ins.smooth(*arrays, EVERY)
     known = filtered.phase == PHASES.index("navigating")
     again = (smoothed.phase == PHASES.index("navigating")) & ~known
     middle = known & (np.abs(filtered.t_s - 0.5 * (begin + end)) < 5)
@@ -43,11 +41,9 @@ def mean_squares(run: InsRun, truth: Truth, rows: BoolArray) -> Array:
     """6: of heading, tilt and horizontal position, and normalised, over some rows of the run."""
     if not rows.any():
         return np.full(6, np.nan)
-    at = np.arange(EVERY - 1, len(truth.t_s), EVERY)[rows]
-    axes = earth.axes_at(run.place[rows])
-    off = np.einsum("nij,ni->nj", axes, earth.position_of(run.place[rows]) - truth.position_e[at])
+    axes, off = earth.axes_at(run.place[rows]), errors_of(run, truth, EVERY).position_m[rows]
     shown = Rotation.from_matrix(axes) * Rotation.from_quat(run.q_nb[rows], scalar_first=True)
-    turned = np.einsum("nij,ni->nj", axes, (shown * truth.attitude_e[at].inv()).as_rotvec())
+    turned = np.einsum("nij,ni->nj", axes, (shown * truth.attitude_e[EVERY - 1 :: EVERY][rows].inv()).as_rotvec())
     z, z_turned = off / run.sigma_position_m[rows], turned / run.sigma_rotation_rad[rows]
     columns = (turned[:, 2:], turned[:, :2], off[:, :2], z_turned[:, 2:], z_turned[:, :2], z)
     return np.array([np.mean(column**2) for column in columns])

@@ -12,9 +12,10 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from hnav import earth
+from hnav.filters.ins import Ins
 from hnav.filters.ins_aids import Aids
 from hnav.filters.options import Options
-from hnav.native.arrays import Array
+from hnav.native.arrays import Array, BoolArray
 from hnav.native.library import SENSORS
 from studies.ins.motions import AT_REST, MOTIONS, RATE_HZ, WARM_S
 
@@ -37,8 +38,14 @@ RECEIVERS = {"walker": Receiver(1, 3.0, 2.0, 0.2, 0.1)}
 
 
 def receiver(kind: str) -> Receiver:
-    """Of a vehicle of this kind. The filter has the size of its slow error, as position_colour_m."""
+    """Of a vehicle of this kind."""
     return RECEIVERS.get(kind, Receiver())
+
+
+def filter_of(kind: str, grade: str, **options: object) -> Ins:
+    """For a vehicle of this kind: with the size of the slow error of its satellites."""
+    colour_m = receiver(kind).colour_m
+    return Ins(grade, solver="closed_form", position_colour_m=(colour_m, colour_m), **options)
 
 
 CONING = (113 / 840, -13 / 420, 1 / 280)
@@ -69,6 +76,10 @@ class Truth:
         ahead = np.einsum("nij,ni->nj", axes, self.attitude_e.apply([1.0, 0, 0]))
         return np.asarray(np.arctan2(ahead[:, 1], ahead[:, 0]))
 
+    def in_rows(self, rows: slice | Array) -> Truth:
+        """At some of the times."""
+        return Truth(self.t_s[rows], self.position_e[rows], self.velocity_e[rows], self.attitude_e[rows])
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -78,6 +89,15 @@ class Samples:
     rate_b_rad_s: Array  # n x 3
     force_b_m_s2: Array  # n x 3
     aids: Aids
+
+    def arrays(self) -> tuple[Array, Array, Array, Aids]:
+        """The first arguments of Ins.run."""
+        return self.t_s, self.rate_b_rad_s, self.force_b_m_s2, self.aids
+
+    def without_fixes(self, hit: BoolArray) -> Samples:
+        """Without these of the velocities and positions."""
+        valid, _received, sensor, value = self.aids.arrays()
+        return replace(self, aids=fixes(valid[~hit], sensor[~hit], value[~hit]))
 
 
 def starts_of(seed: int, runs: int) -> range:
@@ -109,7 +129,7 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magneto
     begin = int(WARM_S * RATE_HZ)
     aids = satellites(rng, truth, begin, receiver(kind)) if kind not in AT_REST else Aids()
     kept = slice(begin, None)
-    at = Truth(t[kept], truth.position_e[kept], truth.velocity_e[kept], truth.attitude_e[kept])
+    at = truth.in_rows(kept)
     if magnetometer:
         aids.mag(*fields(np.random.default_rng([seed, 8]), at))
     return Samples(t[kept], rate[kept], force[kept], aids), at

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation
 
-from hnav import earth
 from hnav.filters.ins import Ins
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.arrays import Array
-from studies.ins.vehicles import Samples, Truth, fixes, starts_of, vehicle
+from studies.ins.experiment import errors_of
+from studies.ins.vehicles import Samples, Truth, starts_of, vehicle
 from studies.processes import in_order
 
 OUTAGES_S = ((100.0, 10.0), (130.0, 30.0), (190.0, 10.0), (220.0, 30.0))  # after the start, and for how long
@@ -62,19 +62,17 @@ def drive(name: str, grade: str, seed: int) -> list[tuple[float, float, float]]:
     mean of the squared normalised errors north and east."""
     car = CARS[name]
     samples, truth = vehicle("car", grade, seed, LENGTH_S)
-    valid, _received, sensor, value = samples.aids.arrays()
+    valid = samples.aids.arrays()[0]
     begins = [(samples.t_s[0] + after, length) for after, length in OUTAGES_S]
-    seen = ~np.any([(valid > begin) & (valid <= begin + length) for begin, length in begins], axis=0)
-    aids = fixes(valid[seen], sensor[seen], value[seen])
-    rate, force = samples.rate_b_rad_s, samples.force_b_m_s2
+    hidden = np.any([(valid > begin) & (valid <= begin + length) for begin, length in begins], axis=0)
+    t_s, rate, force, aids = samples.without_fixes(hidden).arrays()
     if car is not None:
         speed, rate, force = sensed(car, samples, truth, np.random.default_rng(seed))
-        aids.speed(samples.t_s[::STEP], speed, SIGMA_M_S)
+        aids.speed(t_s[::STEP], speed, SIGMA_M_S)
     ins = Ins(grade, solver="closed_form", car_across_m_s=0.0 if car is None else CAR_ACROSS_M_S)
-    run = ins.run(samples.t_s, rate, force, aids)
-    ends = np.searchsorted(samples.t_s, [begin + length for begin, length in begins]) - 1
-    off = earth.position_of(run.place[ends]) - truth.position_e[ends]
-    off_n = np.einsum("nij,ni->nj", earth.axes_at(run.place[ends]), off)[:, :2]
+    run = ins.run(t_s, rate, force, aids)
+    ends = np.searchsorted(t_s, [begin + length for begin, length in begins]) - 1
+    off_n = errors_of(run, truth).position_m[ends, :2]
     z2 = np.mean((off_n / run.sigma_position_m[ends, :2]) ** 2, axis=1)
     return [(length, float(np.hypot(*off_n[i])), float(z2[i])) for i, (_, length) in enumerate(begins)]
 
