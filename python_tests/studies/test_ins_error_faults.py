@@ -8,7 +8,7 @@ from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import main_of
 from studies.ins_error_faults.peers import Matched, Peer, run_peer
 from studies.ins_error_faults.study import OURS, Case, cases_of, fly_case, scores_of
-from studies.ins_error_table.study import FAULT, run_oracle
+from studies.ins_error_table import FAULT, run_oracle
 
 main = main_of("ins_error_faults")
 

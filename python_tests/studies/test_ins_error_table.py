@@ -5,7 +5,7 @@ import pytest
 from command_line import answered
 from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import main_of
-from studies.ins_error_table.study import FAULT, ORACLE, OURS, PAPER, alarms, compare
+from studies.ins_error_table import FAULT, ORACLE, OURS, PAPER, alarms, compare
 
 main = main_of("ins_error_table")
 

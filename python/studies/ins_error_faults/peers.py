@@ -18,7 +18,7 @@ import numpy as np
 
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.statistics import normalised_squares
-from studies.ins_error_table.study import Result, augmented
+from studies.ins_error_table import Result, augmented
 from twins.aircraft import Flight, model_of
 
 ALARM = 4.0  # factor on the variance that counts as saying that a channel is at fault

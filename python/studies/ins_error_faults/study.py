@@ -15,7 +15,7 @@ from hnav.simulation.aircraft import Aircraft, Fault
 from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import Seed
 from studies.ins_error_faults.peers import PEERS, run_peer
-from studies.ins_error_table.study import FAULT, STEPS, Result, run_filter, run_oracle
+from studies.ins_error_table import FAULT, STEPS, Result, run_filter, run_oracle
 from twins.aircraft import Flight, fly, model_of
 
 

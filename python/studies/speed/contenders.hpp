@@ -24,6 +24,6 @@ public:
     virtual void run(const Samples& samples, const Results& results) = 0;
 };
 
-// Null: there is none of that name.
+// Null: there is none of that name. Peers may be left out of a program.
 std::unique_ptr<Contender> own_contender(const std::string& name);
-std::unique_ptr<Contender> peer_contender(const std::string& name);
+__attribute__((weak)) std::unique_ptr<Contender> peer_contender(const std::string& name);

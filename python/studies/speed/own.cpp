@@ -1,4 +1,5 @@
-// Our filters over whole arrays, as the C interface offers them. Names: FILTER[-smooth]:OUTPUTS[:SOLVER], OUTPUTS q or sigma.
+// Our filters over whole arrays, as the C interface offers them. Names: FILTER[-smooth]:OUTPUTS[:closed_form][:gamma=MODE], OUTPUTS q or
+// sigma, MODE of the HREKF.
 #include "contenders.hpp"
 
 #include <hnav/hnav.h>
@@ -11,15 +12,21 @@ void demand(hnav_status status, const char* what) {
     if (status != HNAV_OK) throw std::runtime_error(what);
 }
 
-// defaults and create: those of the filter.
+// create: that of the filter.
 template <class Options>
-hnav_filter* made(Options (*defaults)(hnav_preset), hnav_status (*create)(hnav_filter**, const Options*, char*, size_t),
-                  bool closed_form) {
-    Options options = defaults(HNAV_PRESET_DEFAULT);
-    if (closed_form) options.solver = HNAV_SOLVER_CLOSED_FORM;
+hnav_filter* made(Options options, hnav_status (*create)(hnav_filter**, const Options*, char*, size_t), const std::string& name) {
+    if (name.find(":closed_form") != std::string::npos) options.solver = HNAV_SOLVER_CLOSED_FORM;
     hnav_filter* filter = nullptr;
-    demand(create(&filter, &options, nullptr, 0), "a filter with its defaults");
+    demand(create(&filter, &options, nullptr, 0), "a filter with these options");
     return filter;
+}
+
+hnav_hrekf_options with_gamma(hnav_hrekf_options options, const std::string& name) {
+    const std::pair<const char*, int> modes[] = {
+        {"off", HNAV_GAMMA_OFF}, {"fixed", HNAV_GAMMA_FIXED}, {"relative", HNAV_GAMMA_RELATIVE}, {"kl", HNAV_GAMMA_KL}};
+    for (const auto& [mode, number] : modes)
+        if (name.find(std::string(":gamma=") + mode) != std::string::npos) options.gamma_mode = number;
+    return options;
 }
 
 class Own : public Contender {
@@ -52,10 +59,12 @@ private:
 
 std::unique_ptr<Contender> own_contender(const std::string& name) {
     const auto has = [&](const char* word) { return name.find(word) != std::string::npos; };
-    const bool closed_form = has(":closed_form"), smooth = has("-smooth"), sigma = has(":sigma");
+    const bool smooth = has("-smooth"), sigma = has(":sigma");
     if (name.rfind("ahrs", 0) == 0)
-        return std::make_unique<Own>(made(hnav_ahrs_defaults, hnav_ahrs_create, closed_form), smooth, sigma);
-    if (name.rfind("hrekf", 0) == 0)
-        return std::make_unique<Own>(made(hnav_hrekf_defaults, hnav_hrekf_create, closed_form), smooth, sigma);
+        return std::make_unique<Own>(made(hnav_ahrs_defaults(HNAV_PRESET_DEFAULT), hnav_ahrs_create, name), smooth, sigma);
+    if (name.rfind("hrekf", 0) == 0) {
+        const auto options = with_gamma(hnav_hrekf_defaults(HNAV_PRESET_DEFAULT), name);
+        return std::make_unique<Own>(made(options, hnav_hrekf_create, name), smooth, sigma);
+    }
     return nullptr;
 }

@@ -7,15 +7,16 @@ import sys
 import tarfile
 from pathlib import Path
 
-from rich.table import Column, Table
+from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.places import CHECKOUT
-from studies.command import Checkout, Rows
+from studies.command import Checkout, Rows, titled_table
 from studies.counting import ROWS, compile_program, counted, has_valgrind, times_ns, write_samples
 from studies.processes import said_by
 
 HERE = Path(__file__).parent
+OWN = [HERE / name for name in ("timing.cpp", "own.cpp")]
 WORK = CHECKOUT / ".cache" / "speed"
 RUNS = 10
 
@@ -48,24 +49,32 @@ def fetched_sources() -> dict[str, Path]:
     return {"vqf": folders["vqf"] / "vqf" / "cpp", "fusion": folders["imufusion"] / "Fusion"}
 
 
+def built_alone(checkout: Path, program: Path) -> Path:
+    """The program that runs our filters, linked with the library of a checkout."""
+    return compile_program(OWN, program, checkout, [HERE])
+
+
 def built(checkout: Path, sources: dict[str, Path]) -> Path:
-    """The program that runs any contender, linked with the library of a checkout."""
+    """The same for any contender."""
     objects = []
     for file in sorted(sources["fusion"].glob("*.c")):
         objects.append(WORK / f"{file.stem}.o")
         said_by(["cc", "-O3", "-c", file, "-o", objects[-1]])
-    own = [HERE / name for name in ("timing.cpp", "own.cpp", "peers.cpp")]
-    peers = [sources["vqf"] / name for name in ("vqf.cpp", "basicvqf.cpp", "offline_vqf.cpp")]
-    return compile_program([*own, *peers], WORK / "timing", checkout, [HERE, *sources.values()], objects)
+    peers = [HERE / "peers.cpp", *(sources["vqf"] / name for name in ("vqf.cpp", "basicvqf.cpp", "offline_vqf.cpp"))]
+    return compile_program([*OWN, *peers], WORK / "timing", checkout, [HERE, *sources.values()], objects)
+
+
+def instructions(program: Path, samples: Path, rows: int, name: str) -> float:
+    """Of a contender, for each row."""
+    return counted("timed_run", [program, samples, str(rows), name, "1"]) / rows
 
 
 def table_of(program: Path, samples: Path, rows: int) -> Table:
-    figures = ("instructions a sample", "ratio", "ns of CPU, least", "median")
-    table = Table("filter", "gives", *(Column(name, justify="right") for name in figures))
+    table = titled_table("", "filter | gives", "instructions a sample | ratio | ns of CPU, least | median")
     counts = {}
     if has_valgrind():
         for name in {name for *_, name, _ in CONTENDERS}:
-            counts[name] = counted("timed_run", [program, samples, str(rows), name, "1"]) / rows
+            counts[name] = instructions(program, samples, rows, name)
     for label, outputs, name, peer in CONTENDERS:
         times = times_ns([program, samples, str(rows), name, str(RUNS)])
         count = [f"{counts[name]:.0f}", f"{counts[name] / counts[peer]:.2f}"] if counts else ["-", "-"]

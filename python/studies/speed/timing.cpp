@@ -25,8 +25,8 @@ static void time_runs(const char* file, std::size_t n, const std::string& name, 
     if (!in) throw std::runtime_error(std::string(file) + " ends early");
     const Samples samples{n, numbers.data(), &numbers[n], &numbers[4 * n], &numbers[7 * n]};
     std::vector<double> q(4 * n), sigma(3 * n);
-    std::unique_ptr<Contender> contender = peer_contender(name);
-    if (!contender) contender = own_contender(name);
+    std::unique_ptr<Contender> contender = own_contender(name);
+    if (!contender && peer_contender) contender = peer_contender(name);
     if (!contender) throw std::runtime_error("there is no contender " + name);
     for (int i = 0; i < runs; ++i) {
         contender->begin(samples);

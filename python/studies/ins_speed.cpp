@@ -1,6 +1,6 @@
 // Thread CPU time of the navigation filter over one drive, in nanoseconds a sample of rate and force: all runs, one a line.
 //
-//     timing DRIVE ROWS AIDS SOLVER EVERY RUNS
+//     ins_speed DRIVE ROWS AIDS SOLVER EVERY RUNS
 //
 // DRIVE holds doubles: t_s (n), rate (n x 3), force (n x 3); of the aids t_s (m), sensor (m), value (m x 6). SOLVER: a number of
 // hnav_solver. EVERY: a row of answers for so many samples. Only timed_run is to be counted.
@@ -29,7 +29,7 @@ struct Answers {
 };
 
 int fail(const char* what) {
-    std::fprintf(stderr, "timing: %s\n", what);
+    std::fprintf(stderr, "ins_speed: %s\n", what);
     return 1;
 }
 
