@@ -12,22 +12,21 @@ Every filter sees the same flights of the F-4C (models/aircraft). MDKF and AMDKF
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 import typer
 from rich.table import Table
-from scipy.linalg import block_diag
 
 from hnav.cli.console import say, show
 from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
-from hnav.filters.linear_model import LinearModel
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import models_folder, read_aircraft
 from hnav.systems.statistics import normalised_squares
 from studies.command import Seed
+from studies.ins_error_faults.peers import Result, run_oracle
 from twins.aircraft import Flight, model_of, simulate
 
 STEPS = 200
@@ -66,20 +65,6 @@ FITTED = {
 PAIRS = ((OURS, PAPER_NOW), (OURS_LATE, PAPER), (OURS, PAPER))
 
 
-@dataclass
-class Result:
-    error: np.ndarray  # runs x (steps + 1) x n: estimate minus truth of the same step, NaN where there is none
-    nees: np.ndarray  # runs x (steps + 1)
-    fault_probability: np.ndarray  # runs x (steps + 1) x n
-    noise_scale: np.ndarray
-    bias_fault_probability: np.ndarray | float = 0.0  # as fault_probability; 0 of a filter that does not judge it
-    process_fault_probability: np.ndarray | float = 0.0  # runs x (steps + 1)
-
-    def rmse(self, window: slice) -> np.ndarray:
-        """runs x n"""
-        return np.asarray(np.sqrt(np.mean(self.error[:, window] ** 2, axis=1)))
-
-
 def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> Result:
     m = model_of(aircraft)
     to_now = setting.get("to_now", False)
@@ -102,50 +87,6 @@ def run_filter(aircraft: Aircraft, flight: Flight, setting: dict[str, Any]) -> R
         fault[i], scale[i] = run.fault_probability, run.noise_scale
         bias[i], process[i] = run.bias_fault_probability, run.process_fault_probability
     return Result(error, nees, fault, scale, bias, process)
-
-
-class Augmented(NamedTuple):
-    """F, Q, H and the covariance of the start of X = [x; lambda]: states and coloured errors."""
-
-    F: np.ndarray
-    Q: np.ndarray
-    H: np.ndarray
-    P0: np.ndarray
-
-
-def augmented(m: LinearModel) -> Augmented:
-    """m: in discrete time."""
-    G, Bn = m.matrix("G"), m.matrix("Bn")
-    return Augmented(
-        F=block_diag(m.A, m.matrix("An")),
-        Q=block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T),
-        H=np.hstack([m.H, np.eye(m.nz)]),
-        P0=block_diag(m.P0, m.matrix("Lambda0")),
-    )
-
-
-def run_oracle(aircraft: Aircraft, flight: Flight) -> Result:
-    """The augmented Kalman filter with the true noise of every step, a bound for any adaptation. Its gains do
-    not depend on the data, so all runs go at once."""
-    m = model_of(aircraft).discrete()
-    n, B = m.nx, m.matrix("B")
-    F, Q, H, P = augmented(m)
-    X = np.zeros((len(flight.z), n + m.nz))
-    error, nees = np.empty(flight.x.shape), np.empty(flight.x.shape[:2])
-    for k in range(flight.z.shape[1]):
-        if k > 0:
-            X = X @ F.T
-            X[:, :n] += B @ flight.u[k]
-            P = F @ P @ F.T + Q
-        R = m.Qv * flight.noise_factor[k][:, None] * flight.noise_factor[k]
-        K = np.linalg.solve(H @ P @ H.T + R, H @ P).T
-        X = X + (flight.z[:, k] - X @ H.T) @ K.T
-        E = np.eye(len(P)) - K @ H
-        P = E @ P @ E.T + K @ R @ K.T
-        error[:, k] = X[:, :n] - flight.x[:, k]
-        nees[:, k] = normalised_squares(error[:, k], np.broadcast_to(P[:n, :n], (len(X), n, n)))
-    true = np.broadcast_to(flight.noise_factor, flight.x.shape)
-    return Result(error, nees, (true > 1).astype(float), true**2)
 
 
 def compare(

@@ -6,9 +6,9 @@ import pytest
 from command_line import answered
 from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import main_of
-from studies.ins_error_faults.peers import Matched, Peer, run_peer
-from studies.ins_error_faults.study import OURS, Case, cases_of, fly_case, scores_of
-from studies.ins_error_table import FAULT, run_oracle
+from studies.ins_error_faults.peers import Matched, Peer, run_oracle, run_peer
+from studies.ins_error_faults.study import FILTERS, OURS, Case, cases_of, fly_case, scores_of
+from studies.ins_error_table import FAULT, run_filter
 
 main = main_of("ins_error_faults")
 
@@ -24,12 +24,13 @@ class Plain(Peer):
         return np.ones(z.shape)
 
 
-def test_the_peers_stand_on_the_model_of_the_oracle():
+def test_the_peers_stand_on_the_model_of_the_oracle_and_of_the_filter():
     flight, healthy = fly_case(PLANE, Case(), 3, 1)
     assert healthy.all()
-    plain, oracle = run_peer(Plain, PLANE, flight), run_oracle(PLANE, flight)
-    np.testing.assert_allclose(plain.error, oracle.error, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(plain.nees, oracle.nees, rtol=1e-6)
+    plain = run_peer(Plain, PLANE, flight)
+    for other in (run_oracle(PLANE, flight), run_filter(PLANE, flight, FILTERS["none"])):
+        np.testing.assert_allclose(plain.error, other.error, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(plain.nees, other.nees, rtol=1e-6)
 
 
 def test_a_peer_that_matches_takes_noise_for_noise():

@@ -12,16 +12,33 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from itertools import product
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.statistics import normalised_squares
-from studies.ins_error_table import Result, augmented
 from twins.aircraft import Flight, model_of
 
 ALARM = 4.0  # factor on the variance that counts as saying that a channel is at fault
+
+
+@dataclass
+class Result:
+    error: np.ndarray  # runs x (steps + 1) x n: estimate minus truth of the same step, NaN where there is none
+    nees: np.ndarray  # runs x (steps + 1)
+    fault_probability: np.ndarray  # runs x (steps + 1) x n
+    noise_scale: np.ndarray
+    bias_fault_probability: np.ndarray | float = 0.0  # as fault_probability; 0 of a filter that does not judge it
+    process_fault_probability: np.ndarray | float = 0.0  # runs x (steps + 1)
+
+    def rmse(self, window: slice) -> np.ndarray:
+        """runs x n"""
+        return np.asarray(np.sqrt(np.mean(self.error[:, window] ** 2, axis=1)))
 
 
 class Model:
@@ -29,9 +46,11 @@ class Model:
 
     def __init__(self, plane: Aircraft):
         m = model_of(plane).discrete()
+        G, Bn = m.matrix("G"), m.matrix("Bn")
         self.n, self.r = m.nx, np.diag(m.Qv)
-        self.F, self.Q, self.H, self.P0 = augmented(m)
-        self.B = np.vstack([m.matrix("B"), np.zeros((m.nz, m.nu))])
+        self.F, self.B = block_diag(m.A, m.matrix("An")), np.vstack([m.matrix("B"), np.zeros((m.nz, m.nu))])
+        self.Q, self.H = block_diag(G @ m.Qw @ G.T, Bn @ m.matrix("QU") @ Bn.T), np.hstack([m.H, np.eye(m.nz)])
+        self.P0 = block_diag(m.P0, m.matrix("Lambda0"))
 
     def predict(self, x: np.ndarray, P: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return x @ self.F.T + self.B @ u, self.F @ P @ self.F.T + self.Q
@@ -67,6 +86,19 @@ class Peer(ABC):
         if u is not None:
             self.x, self.P = self.m.predict(self.x, self.P, u)
         return self.correct(z)
+
+
+class Oracle(Peer):
+    """Has the true noise of every step, a bound for any adaptation. Its gains do not depend on the data: all flights share a covariance."""
+
+    def __init__(self, plane: Aircraft, runs: int, flight: Flight):
+        super().__init__(plane, runs)
+        self.P, self.factors = self.m.P0[None], iter(flight.noise_factor**2)
+
+    def correct(self, z: np.ndarray) -> np.ndarray:
+        factor = next(self.factors)
+        self.x, self.P = self.m.correct(self.x, self.P, z, factor[None] * self.m.r)
+        return np.broadcast_to(factor, z.shape)
 
 
 class Matched(Peer):
@@ -173,7 +205,11 @@ class Multiple(Peer):
 PEERS: dict[str, type[Peer]] = {"VB": Variational, "Sage-Husa": SageHusa, "IAE 20": Matched, "IMM 12": Multiple}
 
 
-def run_peer(kind: type[Peer], plane: Aircraft, flight: Flight) -> Result:
+def run_oracle(plane: Aircraft, flight: Flight) -> Result:
+    return run_peer(partial(Oracle, flight=flight), plane, flight)
+
+
+def run_peer(kind: Callable[[Aircraft, int], Peer], plane: Aircraft, flight: Flight) -> Result:
     peer = kind(plane, len(flight.z))
     n = peer.m.n
     error, nees, scale = np.empty(flight.x.shape), np.empty(flight.x.shape[:2]), np.empty(flight.x.shape)

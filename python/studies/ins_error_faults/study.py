@@ -14,8 +14,8 @@ from hnav.cli.words import UsageError
 from hnav.simulation.aircraft import Aircraft, Fault
 from hnav.systems.aircraft import models_folder, read_aircraft
 from studies.command import Seed
-from studies.ins_error_faults.peers import PEERS, run_peer
-from studies.ins_error_table import FAULT, STEPS, Result, run_filter, run_oracle
+from studies.ins_error_faults.peers import PEERS, Result, run_oracle, run_peer
+from studies.ins_error_table import FAULT, STEPS, run_filter
 from twins.aircraft import Flight, fly, model_of
 
 
