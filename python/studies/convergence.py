@@ -80,7 +80,7 @@ def start_of(run: Run, seed: int, error_deg: float) -> Rotation:
 def options_of(law: dict[str, Any] | None, start: Rotation, claim_rad: float) -> Options:
     """Begun there with this claimed sigma of the heading. law: options of the HREKF beside the noise as it is; None: the AHRS."""
     begin = {
-        "start_mode": "attitude", "start_q_nb": start.as_quat()[[3, 0, 1, 2]].tolist(), "solver": "closed_form",
+        "start_mode": "attitude", "start_q_nb": start.as_quat(scalar_first=True).tolist(), "solver": "closed_form",
         "start_sigma_tilt_rad": TILT_RAD, "start_sigma_heading_rad": claim_rad,
     }  # fmt: skip
     return Options("ahrs", **begin) if law is None else Options("hrekf", **ASSUMED | law | begin)
@@ -117,7 +117,7 @@ def at_rest(seed: int, error_deg: float, claim_deg: float) -> np.ndarray:
     tilted = Rotation.from_rotvec([*(LEVEL_RAD * rng.normal(size=2)), 0]) * attitude
     start = Rotation.from_rotvec([0, 0, np.radians(error_deg)]) * tilted
     options = Options(
-        "ins", "navigation", start="state", start_q_nb=start.as_quat()[[3, 0, 1, 2]].tolist(), start_sigma_tilt_rad=LEVEL_RAD,
+        "ins", "navigation", start="state", start_q_nb=start.as_quat(scalar_first=True).tolist(), start_sigma_tilt_rad=LEVEL_RAD,
         start_sigma_heading_rad=np.radians(claim_deg), start_sigma_velocity_m_s=0.1, start_place="given", start_latitude_rad=LATITUDE_RAD,
     )  # fmt: skip
     return attitude_error_deg(Ins(options).run(t, rate, force, check=False).q_nb, attitude)

@@ -23,8 +23,10 @@ from scipy.spatial.transform import Rotation
 from hnav.cli.console import say, show
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
+from hnav.rotations import rotation_error_rad
 from studies import larger_q
 from studies.command import check_choices
+from studies.ins.motions import turned_on
 from studies.peers import PEERS, Assumed, Peer, swap
 
 GYRO_NOISE, WALK, DIRECTION_NOISE = 1e-3, 1e-4, 5e-3  # rad/sqrt(s), rad/s/sqrt(s), 1/sqrt(Hz)
@@ -107,14 +109,7 @@ def simulate(scenario: Scenario, seed: int, duration_s: float = END_S, rate_hz: 
     t = np.arange(n) * T
     phase = rng.uniform(0, 2 * np.pi, (2, 3))
     true = 0.6 * np.sin(0.7 * t[:, None] + phase[0]) + 0.3 * np.sin(0.31 * t[:, None] + phase[1])
-    turns = Rotation.from_rotvec(true * T).as_quat()
-    q = np.empty((n, 4))
-    q[0] = Rotation.random(random_state=seed).as_quat()
-    for k in range(n - 1):
-        x, y, z, w = q[k]
-        left = np.array([[w, -z, y, x], [z, w, -x, y], [-y, x, w, z], [-x, -y, -z, w]])
-        q[k + 1] = left @ turns[k]
-    attitude = Rotation.from_quat(q)
+    attitude = turned_on(Rotation.random(random_state=seed), Rotation.from_rotvec(true[:-1] * T))
     start = 0.02 * rng.normal(size=3)
     bias = start + np.cumsum(scenario.walk * np.sqrt(T) * rng.normal(size=(n, 3)), axis=0) + scenario.ramp_rad_s2 * t[:, None]
     rate = (1 + scenario.scale) * true + bias + scenario.noise_factor * GYRO_NOISE / np.sqrt(T) * rng.normal(size=(n, 3))
@@ -131,9 +126,7 @@ def simulate(scenario: Scenario, seed: int, duration_s: float = END_S, rate_hz: 
 
 def attitude_error_deg(q_nb: np.ndarray, truth: Rotation) -> np.ndarray:
     """Of the whole attitude; NaN where there is none."""
-    known = np.isfinite(q_nb[:, 0])
-    seen = Rotation.from_quat(np.where(known[:, None], q_nb, [1.0, 0, 0, 0])[:, [1, 2, 3, 0]])
-    return np.where(known, np.degrees((seen * truth.inv()).magnitude()), np.nan)
+    return np.asarray(np.degrees(np.linalg.norm(rotation_error_rad(q_nb, truth.as_quat(scalar_first=True)), axis=1)))
 
 
 def estimate(run: Run, settings: Mapping[str, Any], wrong_rad: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
 
 from hnav.filters.linear_model import LinearModel
 from hnav.simulation.aircraft import Aircraft, Control
@@ -34,17 +33,14 @@ def model_of(aircraft: Aircraft, euler_colour: bool = False, sampled_noise: bool
     sampled_noise: w of variance density times dt on each state, the settings of the comparison table; otherwise the
     exact integral of continuous white noise, which correlates the states (Van Loan 1978).
     """
-    dt, n, m = aircraft.interval_s, len(aircraft.A_1_s), aircraft.B_1_s.shape[1]
+    dt, eye = aircraft.interval_s, np.eye(len(aircraft.A_1_s))
     ratio = dt / aircraft.ins_error_time_constant_s
     phi = 1 - ratio if euler_colour else np.exp(-ratio)
     Lambda0 = np.diag(aircraft.ins_error_sigma**2)
-    held = expm(np.block([[aircraft.A_1_s, aircraft.B_1_s], [np.zeros((m, n + m))]]) * dt)
     Qw = np.diag(aircraft.process_noise**2) * dt
-    if not sampled_noise:
-        exact = LinearModel(A=aircraft.A_1_s, H=np.eye(n), Qw=Qw / dt, Qv=np.eye(n), P0=np.eye(n), interval_s=dt)
-        Qw = exact.discrete().Qw
+    exact = LinearModel(A=aircraft.A_1_s, B=aircraft.B_1_s, H=eye, Qw=Qw / dt, Qv=eye, P0=eye, interval_s=dt).discrete()
     return LinearModel(
-        A=held[:n, :n], B=held[:n, n:], H=np.eye(n), An=np.diag(phi), Qw=Qw, Qv=np.diag(aircraft.measurement_sigma**2),
+        A=exact.A, B=exact.B, H=eye, An=np.diag(phi), Qw=Qw if sampled_noise else exact.Qw, Qv=np.diag(aircraft.measurement_sigma**2),
         QU=Lambda0 @ np.diag(1 - phi**2), Lambda0=Lambda0, P0=np.diag(aircraft.start_sigma**2),
     )  # fmt: skip
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.transform import Rotation
 
 from hnav.filters.attitude import Filter
 from hnav.filters.attitude_answers import Run
@@ -35,16 +36,9 @@ def tilt_errors_rad(t_s: np.ndarray, rate: np.ndarray, force: np.ndarray, up_b: 
     errors = np.empty(t_s.shape)
     for k in range(t_s.shape[1]):
         turn = -rate[:, k] + np.cross(up, direction[:, k]) / TIME_CONSTANT_S
-        up = _turned(up, turn * interval_s[:, k, None])
+        up = Rotation.from_rotvec(turn * interval_s[:, k, None]).apply(up)
         errors[:, k] = np.arccos(np.clip(np.sum(up * up_b[:, k], axis=1), -1, 1))
     return errors
-
-
-def _turned(v: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    size = np.maximum(np.linalg.norm(angle, axis=1, keepdims=True), 1e-12)
-    axis = angle / size
-    along = np.sum(axis * v, axis=1, keepdims=True)
-    return np.asarray(v * np.cos(size) + np.cross(axis, v) * np.sin(size) + axis * along * (1 - np.cos(size)))
 
 
 # --------------------------------------------------------------------------------------------- events
@@ -74,7 +68,7 @@ def settled_s(error_deg: np.ndarray, end: int) -> float:
 
 def judge(samples: Samples, run: Run, heading: bool) -> tuple[float, float, float]:
     """Settled after, share of false samples, noticed after."""
-    _, heading_rad, inclination_rad = errors_rad(run.q_nb, samples.attitude.as_quat()[:, [3, 0, 1, 2]])
+    _, heading_rad, inclination_rad = errors_rad(run.q_nb, samples.attitude.as_quat(scalar_first=True))
     error_deg = np.degrees(heading_rad if heading else inclination_rad)
     sigma_deg = np.degrees(run.sigma_rad[:, 2] if heading else run.sigma_rad[:, :2].max(axis=1))
     ready = run.ready[:, int(heading)]

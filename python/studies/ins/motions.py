@@ -44,10 +44,11 @@ def stairs(rng: np.random.Generator, t: Array, levels: Levels, hold_s: tuple[flo
 
 def turned_on(start: Rotation, turns: Rotation) -> Rotation:
     """n + 1 attitudes: a start, and each of n turns about body axes after it."""
-    found = [start]
-    for turn in turns:
-        found.append(found[-1] * turn)
-    return Rotation.concatenate(found)
+    found = [start.as_quat()]
+    for turn in turns.as_quat():
+        x, y, z, w = found[-1]
+        found.append(np.array([[w, -z, y, x], [z, w, -x, y], [-y, x, w, z], [-x, -y, -z, w]]) @ turn)
+    return Rotation.from_quat(found)
 
 
 Motion = tuple[Array, Rotation]

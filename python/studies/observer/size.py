@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cholesky
 
 from hnav.filters.observer import Observer
 from hnav.filters.observer_plan import Plan
 from hnav.native.arrays import Array
 from hnav.systems.statistics import normalised_squares
 from studies.long import memory_mb
+from studies.observer.smooth import stepped
 from studies.processes import fmi_headers, said_by
 
 SOURCE = Path(__file__).with_name("rod.c")
@@ -105,8 +105,7 @@ def truth_and_samples(count: int, rng: np.random.Generator) -> tuple[Array, Arra
     """All cells at each sample, exactly as the rod goes, and its sensors."""
     A = RATE_1_S * (np.eye(count, k=1) + np.eye(count, k=-1) - 2 * np.eye(count))
     A[0, 0] = A[-1, -1] = -RATE_1_S
-    flow, Q = discrete(A * INTERVAL_S, NOISE**2 * INTERVAL_S)
-    root = cholesky(Q, lower=True)
+    flow, _, root = stepped(A, np.zeros((count, 0)), NOISE**2 * np.eye(count), INTERVAL_S)
     x, rows = START_SIGMA * rng.standard_normal(count), []
     for _ in range(SAMPLES):
         x = flow @ x + root @ rng.standard_normal(count)
@@ -114,11 +113,3 @@ def truth_and_samples(count: int, rng: np.random.Generator) -> tuple[Array, Arra
     truth = np.array(rows)
     seen = truth[:, np.linspace(0, count - 1, SENSORS).astype(int)]
     return truth, seen + SENSOR_SIGMA * rng.standard_normal(seen.shape)
-
-
-def discrete(A: Array, q: float) -> tuple[Array, Array]:
-    """Transition matrix and noise of a unit of time, of a symmetric A and a noise q on each state."""
-    values, vectors = np.linalg.eigh(A)
-    safe = np.where(values == 0, 1.0, values)
-    noise = q * np.where(np.abs(values) < 1e-12, 1.0, np.expm1(2 * safe) / (2 * safe))
-    return (vectors * np.exp(values)) @ vectors.T, (vectors * noise) @ vectors.T

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cholesky, expm
+from scipy.linalg import cholesky
 
+from hnav.filters.linear_model import LinearModel
 from hnav.filters.observer import Observer, ObserverRun
 from hnav.filters.observer_plan import Plan
 from hnav.filters.plant import Plant
@@ -65,24 +66,26 @@ def oscillators(plant: Plant | Path, seeds: int) -> Iterator[tuple[Array, Array,
         yield normalised_squares(error, run.covariance)[SETTLED:] / error.shape[1], run.nis["x0"][SETTLED:], spent / len(y)
 
 
+def stepped(A: Array, B: Array, Q: Array, interval_s: float) -> tuple[Array, Array, Array]:
+    """Of x' = A x + B u + w over an interval: the matrices of x and u, and a root of the covariance of what w adds. Q: density of w."""
+    eye = np.eye(len(A))
+    step = LinearModel(A=A, B=B, H=eye, Qw=Q, Qv=eye, P0=eye, interval_s=interval_s).discrete()
+    return step.A, step.matrix("B"), cholesky(step.Qw, lower=True)
+
+
 def room(fmu: Path, seed: int) -> tuple[Array, ObserverRun, float]:
     """A heated room whose loss G is learnt, for five hours: exact truth, a sample a minute. T_wall, T_air and G at each, the run, and the
     time of a sample."""
     T, n = 60.0, 300
     rng = np.random.default_rng(seed)
     G = 8.0 + 2.5 * np.clip(rng.standard_normal(), -2, 2)
-    flow = np.zeros((4, 4))
-    flow[0] = -(25 + G) / 4000, 25 / 4000, G / 4000, 0
-    flow[1] = 25 / 400, -25 / 400, 0, 1 / 400
-    step = expm(flow * T)
-    A, Q = flow[:2, :2], np.diag([1e-6, 1e-5])
-    pair = expm(np.block([[-A, Q], [np.zeros((2, 2)), A.T]]) * T)
-    root = cholesky(pair[2:, 2:].T @ pair[:2, 2:], lower=True)
+    cooling = np.array([[-(25 + G) / 4000, 25 / 4000], [25 / 400, -25 / 400]])
+    A, B, root = stepped(cooling, np.diag([G / 4000, 1 / 400]), np.diag([1e-6, 1e-5]), T)
     x = np.array([15.0, 18.0]) + [2, 0.5] * rng.standard_normal(2)
     power, outside = 400.0 * (np.arange(n) // 20 % 2), 5 + 4 * np.sin(2 * np.pi * np.arange(n) / 1440)
     rows = []
     for k in range(n):
-        x = step[:2] @ [*x, outside[k], power[k]] + root @ rng.standard_normal(2)
+        x = A @ x + B @ [outside[k], power[k]] + root @ rng.standard_normal(2)
         rows.append(x)
     truth = np.column_stack([*np.array(rows).T, np.full(n, G)])
     plan = Plan(fmu).sensor("T_air", noise=0.05).input("power", start=power[0]).input("T_out", start=outside[0])

@@ -17,6 +17,7 @@ from typing import Annotated
 import numpy as np
 import typer
 from rich.table import Table
+from scipy.ndimage import uniform_filter1d
 
 from hnav.cli.console import say, show
 from hnav.cli.words import finding_line
@@ -50,8 +51,7 @@ def _gravity_removed(r: Recording) -> Recording:
     """What a telephone calls linear acceleration: what is left above a slow mean."""
     held = np.where(np.isnan(r.force_b_m_s2), np.nanmean(r.force_b_m_s2, axis=0), r.force_b_m_s2)
     width = max(3, round(0.4 / float(np.median(np.diff(r.t_s)))))
-    sums = np.cumsum(np.concatenate([held[:1]] * (width // 2) + [held] + [held[-1:]] * (width - width // 2)), axis=0)
-    return replace(r, force_b_m_s2=r.force_b_m_s2 - (sums[width:] - sums[:-width]) / width)
+    return replace(r, force_b_m_s2=r.force_b_m_s2 - uniform_filter1d(held, width, axis=0, mode="nearest", origin=-1))
 
 
 def _gap(r: Recording) -> Recording:

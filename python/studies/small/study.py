@@ -9,11 +9,13 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.table import Column, Table
+from rich.table import Table
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
 from hnav.places import CHECKOUT
+from hnav.rotations import rotation_error_rad
+from studies.command import titled_table
 from studies.counting import ROWS, write_samples
 from studies.processes import said_by
 from studies.speed.study import fetched_sources
@@ -132,13 +134,11 @@ def replay_here(contender: Contender, samples: Path, rows: int) -> np.ndarray:
 
 def largest_angle_deg(a: np.ndarray, b: np.ndarray) -> float:
     """Between attitudes row by row."""
-    between = a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
-    return float(np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(between, axis=1), 0, 1))).max())
+    return float(np.degrees(np.linalg.norm(rotation_error_rad(a, b), axis=1)).max())
 
 
 def table_of(samples: Path, rows: int) -> Table:
-    columns = ("code, kB", "memory, kB", "stack, kB", "beside this machine, deg")
-    table = Table("filter", "scalar", *(Column(name, justify="right") for name in columns))
+    table = titled_table("", "filter | scalar", "code, kB | memory, kB | stack, kB | beside this machine, deg")
     for contender in CONTENDERS:
         there, memory, stack = replay_in_qemu(contender, samples, rows)
         here = replay_here(Contender(contender.label, "float" if contender.label == "Fusion" else "double", contender.own,
