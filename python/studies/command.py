@@ -80,11 +80,14 @@ def draw_into(path: Path | None, draw: Callable[[Item], Any], found: Item) -> No
         say(str(path))
 
 
-def write_rows(path: Path, rows: Iterable[Mapping[str, object]]) -> None:
-    """As CSV: empty cells where there is no figure, flags as 0 and 1. Raises OutputError."""
-    table = pd.DataFrame(list(rows))
-    flags = table.select_dtypes(bool).columns
-    write_files({path: table.astype(dict.fromkeys(flags, int)).to_csv(index=False, float_format="%.6g", lineterminator="\n")})
+def write_rows(path: Path | None, rows: Iterable[Mapping[str, object]]) -> None:
+    """As CSV: empty cells where there is no figure, flags as 0 and 1; says where. Nothing without a path. Raises OutputError."""
+    if path:
+        table = pd.DataFrame(list(rows))
+        flags = table.select_dtypes(bool).columns
+        text = table.astype(dict.fromkeys(flags, int)).to_csv(index=False, float_format="%.6g", lineterminator="\n")
+        write_files({path: text})
+        say(str(path))
 
 
 def after(time_s: float) -> str:

@@ -20,7 +20,7 @@ import fmpy
 
 from hnav.cli.console import say, show
 from hnav.cli.words import UsageError
-from hnav.fmi.fmus import fmu_path
+from studies.calls.study import cases
 from studies.command import titled_table, tracked
 
 # As a user does who sets nothing; the end of each output, and what the log has of errors.
@@ -36,7 +36,6 @@ with open("answer.json", "w") as file:
 """
 # FMILibrary reads the terminals of an archive as those of another version.
 XML_REMARK = re.compile(r"FMI3XML|terminalsAndIcons|Unknown (element|attribute)|Skipping nested XML")
-KINDS = ((2, "CS"), (2, "ME"), (3, "CS"), (3, "ME"))
 FMI_TYPES = {"CS": "CoSimulation", "ME": "ModelExchange"}
 TIMEOUT_S = 300
 
@@ -123,13 +122,6 @@ def cell(importer: str, path: Path, version: int, kind: str) -> str:
 def command() -> None:
     """Runs every archive in every importer, with defaults, and prints what came of it."""
     table = titled_table("archives by importer, each with its defaults", "FMU | kind", " | ".join(IMPORTERS))
-    folders = {version: fmu_path("Ahrs", version).parent for version in (2, 3)}
-    names = sorted({path.stem for folder in folders.values() for path in folder.glob("*.fmu")})
-    cases = [(name, version, kind) for name in names for version, kind in KINDS if (folders[version] / f"{name}.fmu").is_file()]
-    for name, version, kind in tracked(cases, "archives"):
-        path = folders[version] / f"{name}.fmu"
-        description = fmpy.read_model_description(str(path), validate=False)
-        if (description.coSimulation if kind == "CS" else description.modelExchange) is None:
-            continue
-        table.add_row(name, f"FMI {version} {kind}", *(cell(importer, path, version, kind) for importer in IMPORTERS))
+    for path, version, kind in tracked(sorted(cases(), key=lambda case: case.archive.stem), "archives"):
+        table.add_row(path.stem, f"FMI {version} {kind}", *(cell(importer, path, version, kind) for importer in IMPORTERS))
     show(table)

@@ -14,7 +14,7 @@ from typing import Annotated
 import pandas as pd
 import typer
 
-from hnav.cli.console import bar, show
+from hnav.cli.console import counting, show
 from hnav.cli.montecarlo import means_table
 from hnav.cli.words import UsageError
 from hnav.systems.montecarlo import jobs, run_jobs
@@ -30,9 +30,8 @@ def measured(chosen: list[str], runs: int, workers: int, stop_s: float | None = 
     """A row for each filter and run, scenario by scenario. Raises UsageError when a run fails."""
     nominal_jobs = jobs(SYSTEM, chosen, runs, stop_s=stop_s)
     larger = [replace(job, settings=in_turntable(str(job.scenario))) for job in nominal_jobs]
-    with bar() as progress:
-        task = progress.add_task(SYSTEM, total=len(nominal_jobs) + len(larger))
-        table = run_jobs([*nominal_jobs, *larger], workers, progress=lambda done, total: progress.update(task, completed=done))
+    with counting(SYSTEM, len(nominal_jobs) + len(larger)) as progress:
+        table = run_jobs([*nominal_jobs, *larger], workers, progress=progress)
     if (failed := table[table["failure"] != ""]).size:
         raise UsageError(f"{failed.iloc[0]['scenario']}, seed {failed.iloc[0]['seed']}: {failed.iloc[0]['failure']}")
     # The filters of the first runs come once more in the second ones, where only the first is another.

@@ -10,20 +10,20 @@ studies.larger_q.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Annotated
 
 import numpy as np
 import typer
 from rich.table import Table
 
-from hnav.cli.console import bar, show
+from hnav.cli.console import show
 from hnav.errors import HnavRuntimeError
 from hnav.rotations import euler_rad
 from hnav.systems.run_views import estimates, truth_q_nb
 from hnav.systems.simulation import LoadedSystem, Run, simulate
 from hnav.systems.statistics import mean_interval, ratio_interval
-from studies.command import titled_table
+from studies.command import titled_table, tracked
 from studies.larger_q import NAME, in_turntable
 
 SYSTEM = "turntable"
@@ -56,16 +56,15 @@ def errors_of(system: LoadedSystem, regime: str, seed: int, settings: Mapping[st
     return squared_errors_deg2(run)
 
 
-def experiment(runs: int, regimes: list[str], progress: Callable[[], None] = lambda: None) -> dict[str, dict[str, np.ndarray]]:
+def experiment(runs: int, regimes: list[str]) -> dict[str, dict[str, np.ndarray]]:
     """Regime -> filter -> squared errors (runs x 3). Seeds 1, 2, ... Raises HnavError when a run fails."""
     found: dict[str, dict[str, list[np.ndarray]]] = {regime: {name: [] for name in FILTERS} for regime in regimes}
     with LoadedSystem(SYSTEM) as system:
         for regime in regimes:
-            for seed in range(1, runs + 1):
+            for seed in tracked(range(1, runs + 1), regime):
                 errors = [errors_of(system, regime, seed, settings) for settings in ({}, in_turntable(regime))]
                 for name, component in FILTERS.items():
                     found[regime][name].append(errors[name == NAME][component])
-                progress()
     return {regime: {name: np.array(rows) for name, rows in of_regime.items()} for regime, of_regime in found.items()}
 
 
@@ -89,7 +88,4 @@ def table(found: dict[str, dict[str, np.ndarray]]) -> Table:
 
 def command(runs: Annotated[int, typer.Option(min=2, help="Seeds of each regime")] = 200) -> None:
     """Prints the paper's Table 1 beside ours."""
-    with bar() as progress:
-        task = progress.add_task("Table 1", total=runs * len(REGIMES))
-        found = experiment(runs, list(REGIMES), lambda: progress.advance(task))
-    show(table(found), width=190)
+    show(table(experiment(runs, list(REGIMES))), width=190)

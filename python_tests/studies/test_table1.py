@@ -32,7 +32,7 @@ def test_table1_starts_at_the_first_correction_and_follows_the_regimes(found):
 
 
 def test_the_table_prints_the_paper_beside_both_regimes(found, monkeypatch):
-    def again(runs, regimes, progress):
+    def again(runs, regimes):
         assert (runs, regimes) == (2, list(REGIMES))
         return found
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,14 +16,13 @@ from hnav.cli.console import bar, say, show
 from hnav.cli.words import UsageError
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
-from hnav.reports.plots import save
 from studies.bench.contenders import DEFAULT_FILTERS, DEFAULT_PEERS, Contender, contenders
 from studies.bench.motions import MOTION, motions
 from studies.bench.peers import PEERS
 from studies.bench.picture import draw_benchmark
 from studies.bench.rows import HONESTY, WRONG_HEADING_DEG, WRONG_TILT_DEG, Row, benchmark, benchmark_motions, summary
 from studies.bench.stress import SETS, variant_count
-from studies.command import Trials, check_choices, write_rows
+from studies.command import Trials, check_choices, draw_into, write_rows
 
 ERRORS = ("total_deg", "heading_deg", "inclination_deg", "undisturbed_deg", "disturbed_deg")
 DRAWN = "BROAD"
@@ -61,12 +61,8 @@ def command(
         show(honesty_table(stated))
     for text in [*missing, *findings(rows)]:
         say(text)
-    if csv_file:
-        write_rows(csv_file, map(vars, rows))
-        say(str(csv_file))
-    if picture:
-        draw(picture, rows, entered)
-        say(str(picture))
+    write_rows(csv_file, map(vars, rows))
+    draw_into(picture, partial(drawn, entered=entered), rows)
 
 
 def run(names: Sequence[str], folder: Path | None, seeds: str, entered: Sequence[Contender], repeat: int) -> list[Row]:
@@ -154,8 +150,8 @@ def _cells(line: Any, group: Sequence[Any]) -> list[str]:
     return cells
 
 
-def draw(path: Path, rows: Sequence[Row], entered: Sequence[Contender]) -> None:
+def drawn(rows: Sequence[Row], entered: Sequence[Contender]) -> Any:
     lines = [line for line in summary(rows) if line.set == DRAWN and line.trials]
     if not lines:
         raise UsageError("--picture: no filter finished a trial")
-    save(draw_benchmark(lines, entered), path)
+    return draw_benchmark(lines, entered)

@@ -58,7 +58,7 @@ def built() -> Path:
     return PROGRAM
 
 
-def cases(only: str | None) -> list[Case]:
+def cases(only: str | None = None) -> list[Case]:
     """Every archive that is built, in each of its kinds."""
     found = []
     for version in (2, 3):

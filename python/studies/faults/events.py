@@ -13,9 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from studies.readiness.starts import GRAVITY_M_S2, MOTIONS, RATE_HZ, Motion, draw_earth_field, draw_motion, draw_sensors
+from studies.readiness import starts
+from studies.readiness.starts import GRAVITY_M_S2, RATE_HZ, Motion
 
 BEFORE_S, AFTER_S = 60.0, 120.0
+EDGE_S = 0.5  # of fast motion
 SHOCK_M_S2 = 16 * GRAVITY_M_S2
 CLIP_RAD_S = 2.0
 SPIKE_RAD_S = 35.0
@@ -107,16 +109,16 @@ def simulated(name: str, seed: int) -> Samples:
     """The run of an event with a seed; the same seed has the same motion and noise in every event."""
     event = EVENTS[name]
     rng = np.random.default_rng([seed, 15])
-    motion, fast = draw_motion(rng, MOTIONS["hand-held"]), draw_motion(rng, MOTIONS["fast turning"])
-    sensors, earth = draw_sensors(rng), draw_earth_field(rng)
+    motion, fast = starts.draw_motion(rng, starts.MOTIONS["hand-held"]), starts.draw_motion(rng, starts.MOTIONS["fast turning"])
+    sensors, earth = starts.draw_sensors(rng), starts.draw_earth_field(rng)
     turn = Rotation.from_rotvec(event.turned_rad * unit_vector(rng))
     count = round((BEFORE_S + event.duration_s + AFTER_S) * RATE_HZ)
     t_s = np.arange(count) / RATE_HZ
     during = (np.arange(count) >= BEFORE_S * RATE_HZ) & (np.arange(count) < round((BEFORE_S + event.duration_s) * RATE_HZ))
 
     def attitude(at_s: np.ndarray) -> Rotation:
-        share = _window(at_s, BEFORE_S, BEFORE_S + event.duration_s) if event.turn == "fast turning" else np.zeros(len(at_s))
-        return _between(motion, fast, share, at_s)
+        left_s = np.minimum(at_s - BEFORE_S, BEFORE_S + event.duration_s - at_s)  # above 0 during the event
+        return _between(motion, fast, (event.turn == "fast turning") * starts.smooth_step(left_s / EDGE_S), at_s)
 
     truth = attitude(t_s)
     rate = (attitude(t_s - 1 / RATE_HZ).inv() * truth).as_rotvec() * RATE_HZ
@@ -125,10 +127,7 @@ def simulated(name: str, seed: int) -> Samples:
         truth = Rotation.concatenate([truth[before], turn * truth[~before]])
     force = truth.apply(motion.acceleration(t_s) + [0, 0, GRAVITY_M_S2], inverse=True)
     field = truth.apply(np.tile(earth, (count, 1)), inverse=True)
-    rate = rate + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=(count, 3))
-    force = force + sensors.accel_noise_m_s2 * rng.normal(size=(count, 3))
-    field = field + sensors.mag_noise_tesla * rng.normal(size=(count, 3))
-    samples = Samples(t_s, rate, force, field, truth, during, rng)
+    samples = Samples(t_s, *sensors.read(rng, rate, force, field), truth, during, rng)
     event.damage(samples)
     return samples
 
@@ -138,12 +137,6 @@ def _between(slow: Motion, fast: Motion, share: np.ndarray, t_s: np.ndarray) -> 
     angles = np.stack([wave(t_s) for wave in slow.angles_rad], axis=1) * slow.size(t_s)[:, None]
     angles += share[:, None] * np.stack([wave(t_s) for wave in fast.angles_rad], axis=1)
     return Rotation.from_euler("ZYX", angles + [slow.yaw_rad, 0, 0]) * slow.mounting
-
-
-def _window(t_s: np.ndarray, begin_s: float, end_s: float, edge_s: float = 0.5) -> np.ndarray:
-    """One between the times, with smooth edges inside."""
-    x = np.clip(np.minimum(t_s - begin_s, end_s - t_s) / edge_s, 0, 1)
-    return np.asarray(x * x * (3 - 2 * x))
 
 
 def unit_vector(rng: np.random.Generator) -> np.ndarray:

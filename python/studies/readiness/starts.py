@@ -40,6 +40,12 @@ def draw_wave(rng: np.random.Generator, amplitude: Range, frequency_hz: Range, t
     return Wave(rng.uniform(*amplitude) * share, 2 * np.pi * rng.uniform(*frequency_hz, terms), rng.uniform(0, 2 * np.pi, terms))
 
 
+def smooth_step(x: np.ndarray) -> np.ndarray:
+    """From 0 below 0 to 1 above 1."""
+    x = np.clip(x, 0, 1)
+    return np.asarray(x * x * (3 - 2 * x))
+
+
 class Kind(NamedTuple):
     """A way of moving: amplitudes and frequencies of roll and pitch, of yaw, and of the acceleration on each axis."""
 
@@ -71,8 +77,7 @@ class Motion:
     acceleration_m_s2: tuple[Wave, Wave, Wave]  # east, north, up
 
     def size(self, t_s: np.ndarray) -> np.ndarray:
-        x = np.clip(t_s - self.begin_s, 0, 1)
-        return np.asarray(x * x * (3 - 2 * x))
+        return smooth_step(t_s - self.begin_s)
 
     def attitude(self, t_s: np.ndarray) -> Rotation:
         """Body to east-north-up."""
@@ -178,6 +183,13 @@ class Sensors(NamedTuple):
     accel_bias_m_s2: np.ndarray = np.zeros(3)
     gyro_errors: np.ndarray = np.zeros((3, 3))  # S of reading - S reading: scale and misalignment
 
+    def read(self, rng: np.random.Generator, *true: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rate, force and field (n x 3) for the true ones, but for the latency of the field."""
+        noise = (self.gyro_noise_rad_s, self.accel_noise_m_s2, self.mag_noise_tesla)
+        bias = (self.gyro_bias_rad_s, self.accel_bias_m_s2, 0.0)
+        rate, force, field = (x + b + sigma * rng.normal(size=x.shape) for x, b, sigma in zip(true, bias, noise))
+        return rate @ np.linalg.inv(np.eye(3) - self.gyro_errors).T, force, field
+
 
 def with_every_error(sensors: Sensors, rng: np.random.Generator) -> Sensors:
     """With those too that the options of the AHRS allow for by their defaults."""
@@ -228,15 +240,7 @@ def simulated_start(
     force = attitude.apply(motion.acceleration(t_s) + [0, 0, GRAVITY_M_S2], inverse=True)
     measured_s = t_s - sensors.mag_latency_s
     magnetic = motion.attitude(measured_s).apply(field.at(measured_s), inverse=True) + field.iron_b_tesla
-    shape = (len(t_s), 3)
-    rate = turned_rad * RATE_HZ + sensors.gyro_bias_rad_s + sensors.gyro_noise_rad_s * rng.normal(size=shape)
-    recording = Recording(
-        name=f"start {index}: {motion_name}, {disturbance}",
-        t_s=t_s,
-        rate_b_rad_s=rate @ np.linalg.inv(np.eye(3) - sensors.gyro_errors).T if every_error else rate,
-        force_b_m_s2=force + sensors.accel_bias_m_s2 + sensors.accel_noise_m_s2 * rng.normal(size=shape),
-        field_b_tesla=magnetic + sensors.mag_noise_tesla * rng.normal(size=shape),
-        reference_q_nb=attitude.as_quat()[:, [3, 0, 1, 2]],
-        movement=np.ones(len(t_s), bool),
-    )
+    samples = sensors.read(rng, turned_rad * RATE_HZ, force, magnetic)
+    name, reference = f"start {index}: {motion_name}, {disturbance}", attitude.as_quat(scalar_first=True)
+    recording = Recording(name, t_s, *samples, reference_q_nb=reference, movement=np.ones(len(t_s), bool))
     return Simulated(recording, motion_name, disturbance, field.true_from_s, sensors, earth)

@@ -14,7 +14,7 @@ import typer
 from rich.table import Table
 from scipy import stats
 
-from hnav.cli.console import say, show
+from hnav.cli.console import show
 from hnav.cli.parameters import FilterName, Settings, parse_settings
 from hnav.filters.options import Options
 from hnav.fmi.engines import run_recording
@@ -130,9 +130,7 @@ def command(
     done = list(tracked(experiment(starts, filter, parse_settings(settings), seed, workers, **how), "starts", starts))
     wrong = "wrong: total error above 3 sigma and 5 deg"
     show(table(done, f"{filter}, seed {seed}: first instant of heading_ready in {DURATION_S:g} s; {wrong}"), width=180)
-    if csv_file:
-        write_rows(csv_file, map(row_of, done))
-        say(str(csv_file))
+    write_rows(csv_file, map(row_of, done))
 
 
 def table(starts: Sequence[Start], title: str) -> Table:
