@@ -15,6 +15,7 @@ import hnav
 from hnav import earth
 from hnav.filters.ins_answers import PHASES, InsRun
 from hnav.native.arrays import Array
+from hnav.rotations import quaternion_product, rotation_error_rad
 from hnav.systems.navigation_views import FALSE_RAD
 from studies.processes import in_order
 
@@ -56,11 +57,8 @@ class Trial:
         self.field = recording.field_b_tesla
         with h5py.File(path) as trial:
             self.position_n = trial["opt_pos"][:] @ NED.T
-        turned = recording.reference_q_nb
-        assert turned is not None  # every BROAD trial has one
-        self.is_seen = np.isfinite(turned).all(1) & np.isfinite(self.position_n).all(1)
-        seen = np.where(self.is_seen[:, None], turned, [1.0, 0, 0, 0])
-        self.attitude = Rotation.from_matrix(NED) * Rotation.from_quat(seen, scalar_first=True)
+        q_nb = quaternion_product(Rotation.from_matrix(NED).as_quat(scalar_first=True), recording.needed("reference_q_nb"))
+        self.q_nb = np.where(np.isfinite(self.position_n).all(1, keepdims=True), q_nb, np.nan)
 
     def begins(self) -> Array:
         """Times of starts of which a whole minute follows."""
@@ -110,10 +108,7 @@ class Trial:
 
     def error(self, run: InsRun, rows: slice) -> Array:
         """n: of the attitude about the vertical, rad; NaN where one of both is not known."""
-        known = np.isfinite(run.q_nb[:, 0]) & self.is_seen[rows]
-        q_nb = np.where(known[:, None], run.q_nb, [1.0, 0, 0, 0])
-        off = Rotation.from_quat(q_nb, scalar_first=True) * self.attitude[rows].inv()
-        return np.where(known, off.as_rotvec()[:, 2], np.nan)
+        return rotation_error_rad(self.q_nb[rows], run.q_nb)[:, 2]
 
 
 def minutes_of(path: Path, fixes: Fixes) -> pd.DataFrame:

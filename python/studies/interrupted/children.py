@@ -9,9 +9,10 @@ import signal
 import sys
 import time
 from collections.abc import Callable
-from contextlib import redirect_stdout
-from dataclasses import dataclass
+from contextlib import redirect_stdout, suppress
 from io import StringIO
+from multiprocessing import get_context
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from hnav.cli.app import main
@@ -19,47 +20,35 @@ from hnav.cli.app import main
 CAPABILITY_VERSION, CAP_DAC_OVERRIDE = 0x20080522, 1  # linux/capability.h
 
 
-@dataclass
-class Child:
-    """A command at work."""
-
-    process: int
-    said: Path  # what it writes to standard error
-
-    def ended(self) -> bool:
-        return os.waitid(os.P_PID, self.process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-
-    def wait(self) -> int:
-        """Its exit code; negative is the signal that ended it."""
-        return os.waitstatus_to_exitcode(os.waitpid(self.process, 0)[1])
-
-    def kill(self, with_signal: int) -> int:
-        os.kill(self.process, with_signal)
-        return self.wait()
+def start(arguments: list[str], said: Path, before: Callable[[], None] = lambda: None) -> BaseProcess:
+    """Forks, because hnav takes a second to load and that is not what is to be interrupted. said: what it writes to standard error; before:
+    done in the child."""
+    child = get_context("fork").Process(target=_run, args=(arguments, said, before))
+    child.start()
+    return child
 
 
-def start(arguments: list[str], said: Path, before: Callable[[], None] = lambda: None) -> Child:
-    """Forks, because hnav takes a second to load and that is not what is to be interrupted. before: done in the child."""
-    process = os.fork()
-    if process:
-        return Child(process, said)
-    code = 1
-    try:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666), 2)
-        sys.stdout, sys.stderr = (os.fdopen(descriptor, "w", buffering=1) for descriptor in (1, 2))
-        before()
+def _run(arguments: list[str], said: Path, before: Callable[[], None]) -> None:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666), 2)
+    sys.stdout, sys.stderr = (os.fdopen(descriptor, "w", buffering=1) for descriptor in (1, 2))
+    before()
+    with suppress(KeyboardInterrupt):
         main(arguments)
-        code = 0
-    except SystemExit as end:
-        code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
-    except KeyboardInterrupt:
-        pass
-    except BaseException as error:
-        os.write(2, f"Traceback: {error!r}\n".encode())
-    finally:
-        os._exit(code)
+
+
+def run(arguments: list[str], said: Path, before: Callable[[], None] = lambda: None) -> int | None:
+    """The exit code of a command that is not interrupted."""
+    child = start(arguments, said, before)
+    child.join()
+    return child.exitcode
+
+
+def kill(child: BaseProcess, with_signal: int) -> None:
+    if child.is_alive() and child.pid:
+        os.kill(child.pid, with_signal)
+    child.join()
 
 
 def run_here(arguments: list[str]) -> None:
@@ -91,8 +80,8 @@ def without_privilege() -> None:
         libc.capset(header, data)
 
 
-def wait_for_writing(child: Child, folder: Path) -> None:
+def wait_for_writing(child: BaseProcess, folder: Path) -> None:
     """Until something new stands in the folder, or the command has ended."""
     before = set(os.listdir(folder))
-    while not child.ended() and set(os.listdir(folder)) <= before:
+    while child.is_alive() and set(os.listdir(folder)) <= before:
         time.sleep(1e-4)

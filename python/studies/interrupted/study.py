@@ -25,7 +25,7 @@ from hnav.errors import HnavError
 from hnav.io.outputs import PART, temporary_folder
 from hnav.systems.simulation import ABOUT, SIGNALS, read_run
 from studies.command import titled_table
-from studies.interrupted.children import full_after, run_here, start, wait_for_writing, without_privilege
+from studies.interrupted.children import full_after, kill, run, run_here, start, wait_for_writing, without_privilege
 
 SYSTEM = "turntable"
 STOP_S, RUNS, ROWS = 0.5, 3, 5_000
@@ -140,7 +140,7 @@ class Interrupted:
             self.known.insert(0, {path: comparable(path, data) for path, data in self.saved.items()})
 
     def run_whole(self, which: int) -> None:
-        if code := start(self.command.arguments(which), self.said).wait():
+        if code := run(self.command.arguments(which), self.said):
             raise UsageError(f"{self.command.name} ended with {code}: {self.said.read_text().strip()}")
 
     def restore(self) -> None:
@@ -160,7 +160,7 @@ class Interrupted:
                 time.sleep(self.random.uniform(0, WRITING_S))
             else:
                 time.sleep(self.random.uniform(0, 1.05 * self.seconds))
-            child.kill(self.random.choice(SIGNALS_SENT))
+            kill(child, self.random.choice(SIGNALS_SENT))
             self.judge(KILLED, (OLD, NEW, NOT_WHOLE))
             # A montecarlo may be killed again before it comes to its end.
             if self.command.name != "montecarlo" or self.random.random() < 0.5:
@@ -183,7 +183,7 @@ class Interrupted:
         """A disk that takes no more than a random size of a file: the command refuses and leaves the old output."""
         self.restore()
         largest = max(len(data) for data in self.saved.values())
-        code = start(self.command.arguments(1), self.said, full_after(self.random.randrange(largest))).wait()
+        code = run(self.command.arguments(1), self.said, full_after(self.random.randrange(largest)))
         self.judge(FULL, (OLD,), code)
 
     def forbid(self) -> None:
@@ -191,7 +191,7 @@ class Interrupted:
         self.restore()
         self.command.folder.chmod(0o555)
         self.said.unlink(missing_ok=True)
-        code = start(self.command.arguments(1), self.said, without_privilege).wait()
+        code = run(self.command.arguments(1), self.said, without_privilege)
         self.command.folder.chmod(0o755)
         self.judge(READ_ONLY, (OLD,), code)
 
