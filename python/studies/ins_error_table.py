@@ -25,7 +25,7 @@ from hnav.filters.ins_error import InsErrorFilter, InsErrorOptions
 from hnav.simulation.aircraft import Aircraft
 from hnav.systems.aircraft import models_folder, read_aircraft
 from hnav.systems.statistics import normalised_squares
-from studies.command import Seed
+from studies.command import Seed, titled_table
 from studies.ins_error_faults.peers import Result, run_oracle
 from twins.aircraft import Flight, model_of, simulate
 
@@ -181,11 +181,9 @@ def command(
 
 
 def error_table(both: Sequence[Flown], runs: int) -> Table:
-    table = Table(title=f"RMSE in the fault window, k = 80..150, {runs} runs, mean and 95 % interval")
-    table.add_column("filter")
-    for flown in both:
-        for c in flown.plane.channels:
-            table.add_column(f"{c.name} {c.display_unit}", justify="right")
+    title = f"RMSE in the fault window, k = 80..150, {runs} runs, mean and 95 % interval"
+    heads = (f"{c.name} {c.display_unit}" for flown in both for c in flown.plane.channels)
+    table = titled_table(title, "filter", " | ".join(heads))
     for name in NAMES:
         cells = []
         for flown in both:
@@ -199,9 +197,9 @@ def error_table(both: Sequence[Flown], runs: int) -> Table:
 
 
 def consistency_table(both: Sequence[Flown]) -> Table:
-    table = Table(title="NEES/n (1 is consistent) and RMSE against the oracle: mean and worst over the 8 channels")
-    for column in ("filter", "NEES/n before, lon lat", "NEES/n in fault, lon lat", "in fault", "worst", "after", "worst"):
-        table.add_column(column, justify="left" if column == "filter" else "right")
+    title = "NEES/n (1 is consistent) and RMSE against the oracle: mean and worst over the 8 channels"
+    heads = "NEES/n before, lon lat | NEES/n in fault, lon lat | in fault | worst | after | worst"
+    table = titled_table(title, "filter", heads)
     for name in NAMES:
         nees = [" ".join(f"{np.mean(f.results[name].nees[:, s]) / 4:.2f}" for f in both) for s in (BEFORE, FAULT)]
         of_both = [(f.results[name], f.results[ORACLE]) for f in both]

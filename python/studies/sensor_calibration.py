@@ -28,7 +28,7 @@ from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
-from hnav.reports.scores import errors_rad
+from hnav.reports.scores import score
 from hnav.units import G_M_S2
 from studies.command import Trials, titled_table, tracked
 
@@ -113,11 +113,11 @@ def gain(sensor: Sensor, rests: Recording, found: SensorCalibration, rng: np.ran
     read = sensor.record(t_s, attitude, rng)
     field = calibrate_magnetometer(rests.needed("field_b_tesla"), found.accel.apply(rests.force_b_m_s2))
     raw = (read.rate_b_rad_s, read.force_b_m_s2, read.needed("field_b_tesla"))
-    true = attitude.as_quat()[:, [3, 0, 1, 2]]
+    true = attitude.as_quat(scalar_first=True)
     errors = []
     for rate, force, magnetic in (raw, (found.gyro.apply(raw[0]), found.accel.apply(raw[1]), field.apply(raw[2]))):
         run, late = Filter("ahrs").run(t_s, rate, force, magnetic, check=False), t_s > 30
-        errors.append(float(np.degrees(np.sqrt(np.nanmean(errors_rad(run.q_nb[late], true[late])[0] ** 2)))))
+        errors.append(score(run.q_nb[late], true[late]).total)
     return errors[0], errors[1]
 
 

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from hnav.io.readers import read
 from hnav.io.readers.broad import find_trials
 from hnav.native.arrays import Array
+from hnav.native.library import SENSORS
 from studies.ins.motions import turned_on
 from studies.ins.vehicles import vehicle
 from studies.observer.events import GRAVITY, bounce, heat
@@ -70,7 +71,7 @@ SAMPLES: dict[str, Callable[[], tuple[list[str], Array]]] = {
 # --------------------------------------------------------------------------------------------- recordings
 
 
-SENSORS = [
+INERTIAL = [
     f"{name} ({unit})" for stem, unit in (("g", "rad/s"), ("a", "m/s2"), ("m", "uT")) for name in (stem + axis for axis in "xyz")
 ]
 RATE_HZ = 100
@@ -92,10 +93,10 @@ def write(name: str, folder: Path) -> None:
         write_table(folder / name, columns, values)
     elif stem in STARTS_S:
         sensors, satellites = start(stem)
-        write_table(folder / name, *(satellites if rest == "gnss" else (["t_s", *SENSORS[:6]], FAULTS[rest or "none"](sensors))))
+        write_table(folder / name, *(satellites if rest == "gnss" else (["t_s", *INERTIAL[:6]], FAULTS[rest or "none"](sensors))))
     else:
         samples = tumbling() if stem == "tumbling" else trial(int(stem.removeprefix("trial")))
-        write_table(folder / name, ["t_s", *SENSORS], FAULTS[rest or "none"](samples))
+        write_table(folder / name, ["t_s", *INERTIAL], FAULTS[rest or "none"](samples))
 
 
 def write_table(file: Path, columns: list[str], values: Array) -> None:
@@ -137,15 +138,11 @@ def start(kind: str) -> tuple[Array, tuple[list[str], Array]]:
     """Rows of a vehicle's inertial sensors, and the table of its satellites."""
     samples, _ = vehicle(kind, "navigation" if kind == "polar" else "industrial", 3, STARTS_S[kind])
     valid_s, received_s, sensor, value = samples.aids.arrays()
-    fixes = [value[sensor == number] for number in np.unique(sensor)]
-    # Of a fix both parts have one time; the table says which is which by its columns.
     columns = ["t_s", "received_s", "vn", "ve", "vd", "lat_deg", "lon_deg", "alt_m"]
-    table = np.zeros((0, len(columns)))
-    if len(fixes) == 2:
-        velocity, position = sorted(fixes, key=lambda rows: abs(rows[:, 3]).mean())
-        first = sensor == sensor[0]
-        place = np.column_stack([np.degrees(position[:, :2]), position[:, 2]])
-        table = np.column_stack([valid_s[first], received_s[first], velocity[:, :3], place])
+    # Of a fix both parts have one time.
+    velocity, position = (sensor == SENSORS.index(kind) for kind in ("velocity", "position"))
+    place = value[position, :3] * [180 / np.pi, 180 / np.pi, 1]
+    table = np.column_stack([valid_s[velocity], received_s[velocity], value[velocity, :3], place])
     return np.column_stack([samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2]), (columns, table)
 
 

@@ -7,7 +7,6 @@ direction; beside it runs the same start without that sample.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import deepcopy
 from functools import partial
 
 import numpy as np
@@ -15,7 +14,8 @@ import numpy as np
 from hnav.filters.attitude import Filter
 from hnav.filters.options import Options
 from hnav.io.recordings import Recording
-from hnav.reports.scores import errors_rad
+from hnav.reports.scores import score
+from studies.bench.stress import changed
 from studies.faults.events import unit_vector
 from studies.processes import in_order
 from studies.readiness.starts import DISTURBANCES, GRAVITY_M_S2, MOTIONS, RATE_HZ, simulated_start
@@ -40,23 +40,15 @@ def first_sample(index: int, sensor: str, options: Options) -> tuple[float, floa
     samples = np.array(getattr(recording, SENSORS[sensor]))
     strength = GRAVITY_M_S2 if sensor == "force" else float(np.linalg.norm(samples[0]))
     false = unit_vector(rng) * rng.uniform(0, MAX_STRENGTH) * strength
-    both = (with_first(recording, sensor, first) for first in (false, np.full(3, np.nan)))
-    with_it, without = (error_deg(start, options) for start in both)
-    return with_it, without
-
-
-def with_first(recording: Recording, sensor: str, first: np.ndarray) -> Recording:
-    spoilt = deepcopy(recording)
-    getattr(spoilt, SENSORS[sensor])[0] = first
-    return spoilt
+    with_it, without = (changed(recording, SENSORS[sensor], change, 0) for change in (lambda _: false, lambda _: np.nan))
+    return error_deg(with_it, options), error_deg(without, options)
 
 
 def error_deg(recording: Recording, options: Options) -> float:
     samples = recording.t_s, recording.rate_b_rad_s, recording.force_b_m_s2, recording.field_b_tesla
     run = Filter(options).run(*samples, only=("q_nb",))
     judged = slice(*(round(t_s * RATE_HZ) for t_s in JUDGED_S))
-    total, _, _ = errors_rad(run.q_nb[judged], recording.needed("reference_q_nb")[judged])
-    return float(np.degrees(np.sqrt(np.mean(total**2))))
+    return score(run.q_nb[judged], recording.needed("reference_q_nb")[judged]).total
 
 
 def verdict(sensor: str, starts: list[tuple[float, float]]) -> str:

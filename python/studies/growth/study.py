@@ -8,13 +8,13 @@ from typing import Annotated, Any
 
 import pandas as pd
 import typer
-from rich.table import Column, Table
+from rich.table import Table
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.reports import plots
 from hnav.reports.colours import BLUE
-from studies.command import cells, check_choices
+from studies.command import cells, check_choices, titled_table
 from studies.growth import measures
 
 SIZE_PX = (700, 320)
@@ -52,13 +52,9 @@ Draw = Callable[[Path], None]
 
 
 def table_of(title: str, heads: str, template: str, found: pd.DataFrame) -> Table:
-    first, *rest = heads.split(" | ")
-    figures = (Column(name, justify="right", min_width=12) for name in rest)
-    table = Table(first, *figures, title=title, title_justify="left", min_width=70)
+    first, _, figures = heads.partition(" | ")
     rows: Any = found.to_dict("records")
-    for row in cells(template, rows):
-        table.add_row(*row)
-    return table
+    return titled_table(title, first, figures, cells(template, rows), min_width=70)
 
 
 def rows_part(most_rows: int) -> tuple[Table, Draw]:

@@ -158,10 +158,9 @@ def wheel_table(grade: str, runs: int, seed: int, workers: int) -> Table:
 
 def hindsight_table(kinds: list[str], grade: str, runs: int, seed: int, workers: int) -> Table:
     """Three rows for each kind: before the heading is found, after it, and in the middle of the outage."""
-    out = titled_table(f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2", "kind | rows")
-    for name in ("heading", "tilt", "position"):
-        for column in (f"{name}: filter", "smoother", "z2", "smoother"):
-            out.add_column(column, justify="right", no_wrap=True)
+    title = f"{grade}, {runs} starts each, seed {seed}: rms of filter and smoother, and z2"
+    heads = " | ".join(f"{name}: filter | smoother | z2 | smoother" for name in ("heading", "tilt", "position"))
+    out = titled_table(title, "kind | rows", heads)
     for kind in kinds:
         starts = in_order(partial(hindsight.compared, kind, grade), starts_of(seed, runs), workers, 4)
         figures_of = hindsight.summary(list(starts))

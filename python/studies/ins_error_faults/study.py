@@ -7,13 +7,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.table import Column, Table
+from rich.table import Table
 
 from hnav.cli.console import show
 from hnav.cli.words import UsageError
 from hnav.simulation.aircraft import Aircraft, Fault
 from hnav.systems.aircraft import models_folder, read_aircraft
-from studies.command import Seed
+from studies.command import Seed, titled_table
 from studies.ins_error_faults.peers import PEERS, Result, run_oracle, run_peer
 from studies.ins_error_table import FAULT, STEPS, run_filter
 from twins.aircraft import Flight, fly, model_of
@@ -154,14 +154,9 @@ def command(
     show(alarms_table(scores), WIDTH)
 
 
-def table_of(title: str, *columns: str) -> Table:
-    """By case; figures to the right."""
-    return Table("case", *(Column(name, justify="right") for name in columns), title=title)
-
-
 def errors_table(scores: dict[str, Scores], runs: int) -> Table:
     title = f"RMS error over the oracle's, 8 to 15 s, mean of four channels, {runs} flights a case"
-    table = table_of(title, *ORDER, "joint over best other")
+    table = titled_table(title, "case", " | ".join((*ORDER, "joint over best other")))
     for name, row in scores.items():
         best = min(score["ratio"] for other, score in row.items() if other != OURS)
         table.add_row(name, *(f"{row[f]['ratio']:.3f}" for f in ORDER), f"{row[OURS]['ratio'] / best:.3f}")
@@ -169,7 +164,7 @@ def errors_table(scores: dict[str, Scores], runs: int) -> Table:
 
 
 def consistency_table(scores: dict[str, Scores]) -> Table:
-    table = table_of("NEES/n, 8 to 15 s (1 is consistent)", *ORDER)
+    table = titled_table("NEES/n, 8 to 15 s (1 is consistent)", "case", " | ".join(ORDER))
     for name, row in scores.items():
         table.add_row(name, *(f"{row[f]['nees']:.2f}" for f in ORDER))
     return table
@@ -177,7 +172,8 @@ def consistency_table(scores: dict[str, Scores]) -> Table:
 
 def alarms_table(scores: dict[str, Scores]) -> Table:
     title = "Percent of healthy samples called faulty (matching, VB: factor above 4); joint also: bias, process"
-    table = table_of(title, *ORDER[:-2], "joint: bias", "joint: process", *(f"{f} ends, s" for f in ENDING))
+    heads = (*ORDER[:-2], "joint: bias", "joint: process", *(f"{f} ends, s" for f in ENDING))
+    table = titled_table(title, "case", " | ".join(heads))
     for name, row in scores.items():
         shares = (*(row[f]["noise_alarms"] for f in ORDER[:-2]), row[OURS]["bias_alarms"], row[OURS]["process_alarms"])
         ends = (row[f]["ends_s"] for f in ENDING)
