@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Annotated
 
@@ -27,7 +28,7 @@ from hnav.io.readers.broad import find_trials
 from hnav.io.recordings import Recording
 from hnav.io.sensors import GRADES
 from hnav.units import G_M_S2
-from studies.bench.stress import with_rows
+from studies.bench.stress import changed, with_rows
 from studies.command import WORKERS, Trials, Workers, titled_table, tracked
 from studies.plausibility.good import MOTIONS, good_recording
 from studies.processes import in_order
@@ -71,49 +72,44 @@ def _field_held(r: Recording) -> Recording:
     return replace(r, field_b_tesla=field[np.clip(news, 0, None)])
 
 
-def _axis_dead(r: Recording) -> Recording:
-    rate = r.rate_b_rad_s.copy()
-    rate[:, 1] = np.where(np.isnan(rate[:, 1]), np.nan, 0.0)
-    return replace(r, rate_b_rad_s=rate)
+def _of(array: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[Recording], Recording]:
+    return lambda r: changed(r, array, change)
 
 
+def _without_field(make: Callable[[Recording], Recording]) -> Callable[[Recording], Recording]:
+    return lambda r: replace(make(r), field_b_tesla=None)
+
+
+_rate, _force, _field, _time = (partial(_of, array) for array in ("rate_b_rad_s", "force_b_m_s2", "field_b_tesla", "t_s"))
 SWAPPED = [1, 0, 2]
 FAULTS = {
-    "force in g": Fault(lambda r: replace(r, force_b_m_s2=r.force_b_m_s2 / G_M_S2), "accel", "unit", "g"),
-    "force in mg": Fault(lambda r: replace(r, force_b_m_s2=r.force_b_m_s2 / G_M_S2 * 1e3), "accel", "unit", "mg"),
-    "force negated": Fault(lambda r: replace(r, force_b_m_s2=-r.force_b_m_s2), "accel", "sign", "accel=-x,-y,-z"),
-    "force negated, no field": Fault(
-        lambda r: replace(r, force_b_m_s2=-r.force_b_m_s2, field_b_tesla=None), "accel", "not_testable"
-    ),
+    "force in g": Fault(_force(lambda x: x / G_M_S2), "accel", "unit", "g"),
+    "force in mg": Fault(_force(lambda x: x / G_M_S2 * 1e3), "accel", "unit", "mg"),
+    "force negated": Fault(_force(lambda x: -x), "accel", "sign", "accel=-x,-y,-z"),
+    "force negated, no field": Fault(_without_field(_force(lambda x: -x)), "accel", "not_testable"),
     "gravity removed": Fault(_gravity_removed, "accel", "gravity_removed"),
-    "force axes swapped": Fault(lambda r: replace(r, force_b_m_s2=r.force_b_m_s2[:, SWAPPED]), "accel", "axes", "accel=y,x,z"),
-    "field axes swapped": Fault(
-        lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla")[:, SWAPPED]), "mag", "axes", "mag=y,x,z"
-    ),
-    "field z negated": Fault(
-        lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * [1, 1, -1]), "mag", "axes", "mag=x,y,-z"
-    ),
-    "rate axes swapped": Fault(lambda r: replace(r, rate_b_rad_s=r.rate_b_rad_s[:, SWAPPED]), "gyro", "axes", "gyro=y,x,z"),
-    "rate negated": Fault(lambda r: replace(r, rate_b_rad_s=-r.rate_b_rad_s), "gyro", "axes", "gyro=-x,-y,-z"),
-    "rate in deg/s": Fault(lambda r: replace(r, rate_b_rad_s=np.degrees(r.rate_b_rad_s)), "gyro", "unit", "deg/s"),
-    "rate in deg/s, no field": Fault(
-        lambda r: replace(r, rate_b_rad_s=np.degrees(r.rate_b_rad_s), field_b_tesla=None), "gyro", "unit", "deg/s"
-    ),
-    "time in ms": Fault(lambda r: replace(r, t_s=r.t_s * 1e3), "time", "unit", "ms"),
-    "time in us": Fault(lambda r: replace(r, t_s=r.t_s * 1e6), "time", "unit", "us"),
-    "time in ns": Fault(lambda r: replace(r, t_s=r.t_s * 1e9), "time", "unit", "ns"),
-    "half the rate": Fault(lambda r: replace(r, t_s=r.t_s * 2), "gyro", "scale"),
-    "field in uT": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * 1e6), "mag", "unit", "uT"),
-    "field in G": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * 1e4), "mag", "unit", "G"),
-    "field in nT": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * 1e9), "mag", "unit", "nT"),
-    "hard iron of 200 uT": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") + [2e-4, 0, 0]), "mag", "strength"),
-    "force all zero": Fault(lambda r: replace(r, force_b_m_s2=r.force_b_m_s2 * 0), "accel", "all_zero"),
-    "rates missing": Fault(lambda r: replace(r, rate_b_rad_s=r.rate_b_rad_s * np.nan), "gyro", "no_samples"),
-    "field all zero": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * 0), "mag", "all_zero"),
-    "field stuck": Fault(lambda r: replace(r, field_b_tesla=r.needed("field_b_tesla") * 0 + [2e-5, 0, 4e-5]), "mag", "constant"),
-    "an axis of the rates dead": Fault(_axis_dead, "gyro", "constant"),
+    "force axes swapped": Fault(_force(lambda x: x[:, SWAPPED]), "accel", "axes", "accel=y,x,z"),
+    "field axes swapped": Fault(_field(lambda x: x[:, SWAPPED]), "mag", "axes", "mag=y,x,z"),
+    "field z negated": Fault(_field(lambda x: x * [1, 1, -1]), "mag", "axes", "mag=x,y,-z"),
+    "rate axes swapped": Fault(_rate(lambda x: x[:, SWAPPED]), "gyro", "axes", "gyro=y,x,z"),
+    "rate negated": Fault(_rate(lambda x: -x), "gyro", "axes", "gyro=-x,-y,-z"),
+    "rate in deg/s": Fault(_rate(np.degrees), "gyro", "unit", "deg/s"),
+    "rate in deg/s, no field": Fault(_without_field(_rate(np.degrees)), "gyro", "unit", "deg/s"),
+    "time in ms": Fault(_time(lambda x: x * 1e3), "time", "unit", "ms"),
+    "time in us": Fault(_time(lambda x: x * 1e6), "time", "unit", "us"),
+    "time in ns": Fault(_time(lambda x: x * 1e9), "time", "unit", "ns"),
+    "half the rate": Fault(_time(lambda x: x * 2), "gyro", "scale"),
+    "field in uT": Fault(_field(lambda x: x * 1e6), "mag", "unit", "uT"),
+    "field in G": Fault(_field(lambda x: x * 1e4), "mag", "unit", "G"),
+    "field in nT": Fault(_field(lambda x: x * 1e9), "mag", "unit", "nT"),
+    "hard iron of 200 uT": Fault(_field(lambda x: x + [2e-4, 0, 0]), "mag", "strength"),
+    "force all zero": Fault(_force(lambda x: x * 0), "accel", "all_zero"),
+    "rates missing": Fault(_rate(lambda x: x * np.nan), "gyro", "no_samples"),
+    "field all zero": Fault(_field(lambda x: x * 0), "mag", "all_zero"),
+    "field stuck": Fault(_field(lambda x: x * 0 + [2e-5, 0, 4e-5]), "mag", "constant"),
+    "an axis of the rates dead": Fault(_rate(lambda x: x * [1, 0, 1] + 0.0), "gyro", "constant"),  # no negative zero
     "gap of 5 s": Fault(_gap, "gyro", "gaps"),
-    "rates clipped": Fault(lambda r: replace(r, rate_b_rad_s=np.clip(r.rate_b_rad_s * 2, -2.2, 2.2)), "gyro", "saturated"),
+    "rates clipped": Fault(_rate(lambda x: np.clip(x * 2, -2.2, 2.2)), "gyro", "saturated"),
     "rows repeated": Fault(_rows_repeated, "gyro", "repeated", "yes"),
     "field held": Fault(_field_held, "mag", "repeated", "yes"),
 }
