@@ -145,11 +145,14 @@ def test_times_of_recordings(tmp_path):
     for name, cells in (
         ("time", ("1600000000", "1600000003.5")), ("time", ("1600000000000000000", "1600000003500000000")),
         ("timestamp", ("1600000000000", "1600000003500")), ("t", ("2020-09-13 12:26:40", "2020-09-13T12:26:43.5")),
-        ("t", ("2020-09-13 14:26:40+02:00", "2020-09-13T12:26:43.5Z")),
+        ("t", ("2020-09-13 14:26:40+02:00", "2020-09-13T12:26:43.5Z")), ("t", ("13.09.2020 12:26:40", "13.09.2020 12:26:43.5")),
+        ("t", ("09/13/2020 12:26:40 PM", "09/13/2020 12:26:43.5 PM")),
     ):  # fmt: skip
         t_s, columns = times(name, *cells)
         assert t_s == pytest.approx(expected, abs=1e-6)
         assert columns["on"].tolist() == [1, 0] and np.isnan(columns["note"]).all()
+    assert times("t", "23:59:59.5", "00:00:01")[0].tolist() == [86399.5, 86401]
+    assert times("t", "1.5 min", "2 min")[0].tolist() == [90, 120]
     with pytest.raises(hnav.HnavValueError, match="t is no time in row 2: soon"):
         times("t", "2020-09-13 12:26:40", "soon")
     with pytest.raises(hnav.HnavValueError, match="note is no number in row 1: x"):

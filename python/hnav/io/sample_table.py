@@ -15,6 +15,7 @@ import pandas as pd
 from hnav.errors import HnavValueError
 from hnav.io.readers.cells import BLANKS, DELIMITERS, MISSING, cells_of, decimal_mark, is_number
 from hnav.io.readers.clock import SINCE_1970
+from hnav.io.readers.instants import EXAMPLES, is_day_of, is_instant, seconds_of
 from hnav.io.readers.tables import encoding_of
 from hnav.io.recordings import RecordingError
 
@@ -30,8 +31,8 @@ def read_sample_table(path: Path | str, wanted: Container[str] | None = None) ->
     """Times in seconds, and the other columns by name, NaN where a cell is empty or says that there is none (NA, null, unknown, -).
 
     Cells are parted by commas, semicolons, tabs or blanks; where it is not commas, decimals may have them. Lines that begin with # are
-    left out, except the header. Times are numbers, or dates and times of day (UTC where they do not say otherwise), which
-    become seconds since 1970; clocks that count milliseconds, microseconds or nanoseconds since 1970 are recognised by their size. true, on,
+    left out, except the header. Times are numbers, or instants as in recordings: dates and times of day (UTC where they do not say otherwise)
+    become seconds since 1970, times of day alone since midnight; clocks that count milliseconds, microseconds or nanoseconds since 1970 are recognised by their size. true, on,
     false and off are 1 and 0. wanted: the columns that have to be numbers, all if it is None; what is no number in another is NaN. Raises
     HnavValueError that names file, column and row.
     """
@@ -91,8 +92,9 @@ def _cells_of_time(path: Path, cells: dict[str, list[str]]) -> tuple[str, list[s
     if kind is None:
         raise HnavValueError("file", f"{path.name} has no column of times: call it t_s; it has {', '.join(cells)}")
     of_time = cells[names[kind]]
-    if kind != "date" and "date" in names and ":" in "".join(of_time[:1]):
-        of_time = [f"{day} {clock}" for day, clock in zip(cells[names["date"]], of_time)]
+    days = cells[names["date"]] if kind != "date" and "date" in names else []
+    if days and is_day_of(of_time[0], days[0]):
+        of_time = [f"{day} {clock}" for day, clock in zip(days, of_time)]
     return names[kind], of_time
 
 
@@ -109,13 +111,13 @@ def _parted(path: Path, lines: Sequence[str], delimiter: str) -> list[list[str]]
 
 def _times(path: Path, name: str, cells: list[str]) -> Column:
     """In seconds."""
-    if any(mark in cell for cell in cells[:1] for mark in ("-", "/", ":")) and not is_number(cells[0]):
-        dates = pd.to_datetime(pd.Series(cells), utc=True, errors="coerce", format="ISO8601")
-        wrong = np.flatnonzero(dates.isna())
-        if len(wrong):
-            shown = f"{name} is no time in row {wrong[0] + 1}: {cells[wrong[0]]}; write 2026-11-22 12:00:00"
-            raise HnavValueError("file", f"{path.name}: {shown}")
-        return np.asarray((dates - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), float)
+    if cells and is_instant(cells[0]) and not is_number(cells[0]):
+        try:
+            return seconds_of(path.name, name, np.array(cells))
+        except RecordingError as error:
+            wrong = next((f"row {row}: {cell}" for row, cell in enumerate(cells, 1) if not is_instant(cell)), "")
+            shown = f"{path.name}: {name} is no time in {wrong}; write {EXAMPLES}" if wrong else str(error)
+            raise HnavValueError("file", shown) from None
     t = _numbers(path, name, cells, True)
     match = _TIME.fullmatch(name)
     unit = _UNITS[match[2]] if match and match[2] else 1.0
