@@ -170,13 +170,14 @@ namespace {
 // are late by tau: it lags by tau v0, and only what the velocity has gained since then shows tau.
 Vector3 lag_per_second(const State& s) { return vec(s.x + 3) - vec(s.in_t.gained); }
 
-// Transforms the covariance of the displacement d to that of its value without the lag.
+// Transforms the covariance of the displacement d to that of its value without the lag: by the errors of the latency and of v0, which changes
+// with the heading. Without the latter the next position would seem to show the heading, the more sharply the later the fixes are.
 void admit_lag(const State& s, Covariance& P) {
     const Vector3 v0 = lag_per_second(s);
     for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j];
+        for (int j = 0; j < P.n; ++j) P[row_d + i][j] += v0[i] * P[row_latency][j] + s.latency * P[row_v + i][j];
     for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency];
+        for (int j = 0; j < P.n; ++j) P[j][row_d + i] += v0[i] * P[j][row_latency] + s.latency * P[j][row_v + i];
 }
 
 } // namespace
@@ -192,6 +193,7 @@ Vector3 displacement(const State& s) {
 // the heading error. The turned vectors change with (x, y) too: of these products x^2 + y^2 = -2 x is kept. It cancels the apparent
 // change of a displacement and a velocity along themselves, which GNSS excludes.
 Covariance Model::given_circle(const State& s, Covariance P) const {
+    admit_lag(s, P);
     const OnU on = regression(P);
     const double c = std::cos(s.circle.mode_rad), t = std::sin(s.circle.mode_rad);
     double by[errors][2], GS[errors][2];
@@ -218,7 +220,6 @@ Covariance Model::given_circle(const State& s, Covariance P) const {
     }
     P.forget(row_u);
     P.forget(row_u + 1);
-    admit_lag(s, P);
     return P;
 }
 
