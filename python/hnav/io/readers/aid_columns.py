@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from hnav.io.readers.unit_names import abbreviated, words_in, words_of
+from hnav.io.readers.unit_names import BEHIND_BRACKETS, abbreviated, words_in, words_of
 
 ROLES = {
     "lat_deg": "angle", "lon_deg": "angle", "alt_m": "length", "vn": "velocity", "ve": "velocity", "vd": "velocity",
@@ -84,7 +84,6 @@ _DATUMS = {"wgs84", "egm96", "msl", "ellipsoid"}
 _SQUEEZED = str.maketrans(dict.fromkeys(' ^*_·"', "") | {"°": "deg", "²": "2", "⁻": "-", "¹": "1"})
 INSTANCE = re.compile(r"\(\d+\):")
 """GPS(0):Lat[degrees] of DJI."""
-_BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]([^\)\]]*)[\)\]]\s*")
 
 
 class AidColumn(NamedTuple):
@@ -101,7 +100,7 @@ def aid_column(name: str) -> AidColumn | None:
     if text in ROLES:
         return AidColumn(text, next(iter(PER[ROLES[text]])), 1.0)
     stated = ""
-    if match := _BEHIND_BRACKETS.fullmatch(text):
+    if match := BEHIND_BRACKETS.fullmatch(text):
         text, stated = match.groups()
         stated = "" if stated.lower() in _DATUMS else stated
     tokens = words_in(text.replace("°", "deg"))

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from hnav.io.readers.aid_columns import ABOVE_ELLIPSOID, ABOVE_SEA, LEAST_OF_A_FIX, PER, ROLES, aid_column, aid_unit
-from hnav.io.readers.unit_names import is_counts, may_be_unit, only_sensor_of, spelled_unit, words_in, words_of
+from hnav.io.readers.unit_names import BEHIND_BRACKETS, is_counts, may_be_unit, only_sensor_of, spelled_unit, words_in, words_of
 from hnav.io.recordings import ARRAYS, CSV_COLUMNS, RecordingError
 
 WHOLE = CSV_COLUMNS[:7]
@@ -73,8 +73,6 @@ DAY = "t_day"
 """Role of the date of times of a clock."""
 OF_A_DATE = 2
 """The rank of a date alone."""
-LAST_BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\))\s*")
-"""IMU_ATTI(0):accelX[meters/Sec2], Accelerometer (z) [m/(s^2)]: what stands before is of the name."""
 OF_A_SENSOR = 3
 """The rank of times named after a sensor."""
 
@@ -149,8 +147,8 @@ def _split(text: str) -> tuple[str, str, str | None]:
     """Name, unit in brackets, and the axis for which an index in brackets stands."""
     if match := re.fullmatch(r"(.*?)\[([012])\]\s*(?:[\(\[](.*)[\)\]])?\s*", text):
         return match.group(1), match.group(3) or "", "xyz"[int(match.group(2))]
-    if match := LAST_BRACKETS.fullmatch(text):
-        return match.group(1), match.group(2) or match.group(3) or "", None
+    if match := BEHIND_BRACKETS.fullmatch(text):
+        return match.group(1), match.group(2), None
     if match := re.fullmatch(r"(.*\S)\s+in\s+(\S.*)", text):
         return match.group(1), match.group(2), None
     return text, "", None

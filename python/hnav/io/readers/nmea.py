@@ -47,7 +47,12 @@ def read_nmea(path: Path, wishes: Wishes) -> Raw:
 def _is_whole(match: re.Match[str]) -> bool:
     """Whether the checksum, if there is one, is right."""
     text, checksum = match.group(0), match.group(4)
-    return checksum is None or reduce(xor, map(ord, text[text.index("$") + 1 : text.rindex("*")]), 0) == int(checksum, 16)
+    return checksum is None or has_checksum(text[text.index("$") + 1 : text.rindex("*")], checksum)
+
+
+def has_checksum(body: str, checksum: str) -> bool:
+    """Whether the hexadecimal digits behind * are those of what stands between it and $."""
+    return reduce(xor, map(ord, body), 0) == int(checksum, 16)
 
 
 LIVE_COLUMNS = ("t_s", "lat_deg", "lon_deg", "alt_m", "vn", "ve", "sigma_h", "sigma_v")

@@ -36,9 +36,10 @@ KNOWN = (
     (b"\xd0\xcf\x11\xe0", "a workbook of Excel (.xls): save it as CSV; "), (b"%PDF", "a PDF: "), (b"\x89PNG", "a picture: "),
     (b"\xff\xd8\xff", "a picture: "), (b"\x80\x04", "a pickle, which may run any code: save .csv, .npz or .parquet; "),
     (b"\x80\x05", "a pickle, which may run any code: save .csv, .npz or .parquet; "), (b"File created on ", "a file of VBOX: export CSV from VBOX Test Suite; "),
+    # A heartbeat in versions 2 and 1; of .tlog behind a time in us.
+    (rb"([\0-\x0f].{7})?(\xfd.\0.|\xfe\x09)", "telemetry of MAVLink, in which most samples are missing: give the log of the vehicle itself (.ulg, .bin); "),
 )  # fmt: skip
-MAVLINK = re.compile(rb"([\0-\x0f].{7})?(\xfd.\0.|\xfe\x09)", re.DOTALL)
-"""The first bytes of telemetry, a heartbeat in versions 2 and 1; of .tlog behind a time in us."""
+"""Patterns of first bytes."""
 
 
 def unpacker_of(path: Path, head: bytes) -> Callable[..., Any] | None:
@@ -162,6 +163,4 @@ def side_by_side(tables: Mapping[str, Table]) -> dict[str, Table]:
 
 def what_it_is(head: bytes) -> str:
     """Of files that people give, and that are no recording."""
-    if MAVLINK.match(head):
-        return "telemetry of MAVLink, in which most samples are missing: give the log of the vehicle itself (.ulg, .bin); "
-    return next((text for magic, text in KNOWN if head.startswith(magic)), "")
+    return next((text for begin, text in KNOWN if re.match(begin, head, re.DOTALL)), "")

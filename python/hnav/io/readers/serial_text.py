@@ -13,14 +13,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from functools import reduce
-from operator import xor
 from pathlib import Path
 
 import numpy as np
 
 from hnav.io.readers.columns import column_of
 from hnav.io.readers.frames import raw_of_frames
+from hnav.io.readers.nmea import has_checksum
 from hnav.io.readers.streams import Raw, Wishes
 from hnav.io.readers.tables import encoding_of
 from hnav.io.recordings import RecordingError
@@ -120,7 +119,7 @@ def of_vectornav(line: str) -> dict[str, float] | None:
         return None
     logged, body, kind, checksum = sentence.groups()
     numbers = body.split(",")[1 + BEFORE[kind] :]
-    if reduce(xor, body.encode(), 0) != int(checksum, 16) or len(numbers) < len(OF_VECTORNAV):
+    if not has_checksum(body, checksum) or len(numbers) < len(OF_VECTORNAV):
         return {}
     time = {"time": float(logged)} if logged else {}
     return time | dict(zip(OF_VECTORNAV, map(float, numbers)))

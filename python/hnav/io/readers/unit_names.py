@@ -29,6 +29,8 @@ def words_of(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+BEHIND_BRACKETS = re.compile(r"(.*?)\s*[\(\[]((?:[^()\[\]]|\([^()]*\))*)[\)\]]\s*")
+"""IMU_ATTI(0):accelX[meters/Sec2], Accelerometer (z) [m/(s^2)]: a name, and the last brackets, which may hold its unit."""
 PER_TIME = re.compile(r"/|per|s *\^?[-−⁻]|dps|rpm")
 
 
