@@ -308,7 +308,8 @@ bool Model::velocity_fits(State& s, const Event& event) const {
     return true;
 }
 
-// Sums the jumps between consecutive positions relative to the velocity. The sum of an outlier returns to 0. Returns true while it has not.
+// Sums what positions change by from a jump on, relative to the velocity. The sum of an outlier returns to 0. Returns true while it has not. Changes
+// too small for a jump belong to the sum: without them noise of four times the stated sigma looks like a jump that lasts.
 bool Model::position_jumped(State& s, const Event& event) const {
     const double* z = event.value[position];
     FreeGates& g = s.gates;
@@ -318,7 +319,8 @@ bool Model::position_jumped(State& s, const Event& event) const {
     const double changes_s = since_s + 2 * (event.t_s - g.velocity_s + options_.start_sigma_latency_s);
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    if (off.head<2>().norm() > sigmas + half_acceleration_m_s2 * changes_s * since_s) vec(g.jump) += off;
+    const bool jumps = off.head<2>().norm() > sigmas + half_acceleration_m_s2 * changes_s * since_s;
+    if (jumps || !vec(g.jump).isZero(0)) vec(g.jump) += off;
     vec(g.position) = now;
     g.position_s = event.t_s;
     if (vec(g.jump).head<2>().norm() > sigmas) {

@@ -211,8 +211,8 @@ void Model::enlarge(Covariance& P, int row, double factor, double largest) const
 // grow by the misfit (fading memory, Zhou and Frank 1996) until the innovations fit, with their correlations but for the latency's. A
 // heading lost in this way is searched again, a lost tilt is levelled again. The information that readiness needs must be gathered again.
 void Model::inflate_inconsistent(State& s, Covariance& P, double now_s) const {
-    // Largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s, s.
-    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30, late = 1;
+    // Largest sigmas, chosen for usual faults: rad/s, m/s2, rad, m/s.
+    constexpr double gyro = 0.05, accel = 3, angle = 1, speed = 30;
     if (s.phase != Phase::navigating || !has_judged(s)) return;
     const double factor = misfit(s, now_s);
     if (!(factor > 1)) return;
@@ -221,8 +221,10 @@ void Model::inflate_inconsistent(State& s, Covariance& P, double now_s) const {
     enlarge(P, row_gyro, factor, gyro);
     enlarge(P, row_accel, factor, accel);
     // A displacement and the latency that explains it are not observed apart while the velocity is constant. Scaled without the displacement,
-    // the latency would seem to be observed: of a start near the pole it was .15 s off at a sigma of .008.
-    widen(P, row_latency, std::fmin((factor - 1) * P[row_latency][row_latency], square(late)));
+    // the latency would seem to be observed: of a start near the pole it was .15 s off at a sigma of .008. Beyond what it is at the start it is not
+    // made: one of 60 cars with a wrong given state is never ready without this limit, 120 deg off.
+    const double late2 = P[row_latency][row_latency];
+    widen(P, row_latency, std::fmax(0, std::fmin(factor * late2, square(options_.start_sigma_latency_s)) - late2));
     for (Consistency& fit : s.fits) fit.widen(factor);
     s.inconsistent_s = now_s;
     s.information_tilt = s.information_heading = s.information_velocity = 0;

@@ -62,6 +62,17 @@ void turn(Covariance& P, const Matrix3& C);
 void turn_field(State& s, const Matrix3& C);
 // From t axes to Earth-fixed axes, by the likeliest heading.
 Matrix3 to_earth_axes(const State& s);
+// force.cpp
+Vector3 shown_force(const State& s); // in body axes
+double false_force2(const State& s, const Matrix3& body_to_t);
+void note_mean_force(State& s, const Vector3& force, double interval_s);
+void note_acceleration(State& s, const Vector3& acceleration, double interval_s);
+// What a late velocity misses, in t; taken_back_per_s: share of an error of the velocity that corrections take back in a second.
+struct Missed {
+    Vector3 acceleration; // of the motion
+    Vector3 noise; // velocity that noise has added
+};
+Missed missed_of(const State& s, double taken_back_per_s);
 // Adds an error to the state.
 void add_error(const double* error, State& s);
 // The motion of a state; to_earth: from t to Earth-fixed axes. Returns the rotation from t to north-east-down at the place.
@@ -147,8 +158,10 @@ private:
     void hold(State& s, const Event& event) const;
     static void put_gravity(State& s);
 
-    // covariance.cpp
+    // force.cpp
     Vector3 transition_force(const State& s, const Vector3& raw) const;
+
+    // covariance.cpp
     void gather(State& s, double interval_s) const;
     // Returns the share of the tilt error that turn_tilt keeps.
     double propagate(const State& s, Covariance& P, double* mean) const;
@@ -156,7 +169,6 @@ private:
     double force_psd(const State& s) const;
     double turn_variance(const State& s) const;
     void add_noise(const State& s, Covariance& P) const;
-    void note_mean_force(State& s, const Vector3& force, double interval_s) const;
     // Slow GNSS error: its sigma in m from the stated sigma of a fix; and for north, east, down the share kept and the variance added
     // over an interval.
     double slow_sigma(double stated_m, bool vertical) const;

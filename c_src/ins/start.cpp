@@ -356,7 +356,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.information_tilt = s.information_heading = s.information_velocity = s.information_position = 0;
     put_gravity(s);
     s.in_t.mean_force[0] = nan;
-    s.mean_force2 = s.false_force2 = 0;
+    s.mean_force2 = s.recent2 = s.false_force2 = 0;
     s.window = {};
     s.last_correction_s = event.t_s;
 }
@@ -398,7 +398,7 @@ State Model::once_more(State s, const State& later, double known_s) const {
     s.offset = nan;
     s.nis_mean = 1;
     s.in_t.mean_force[0] = nan;
-    s.mean_force2 = s.false_force2 = 0;
+    s.mean_force2 = s.recent2 = s.false_force2 = 0;
     quat(s.seen_q) = quat(s.x + 6);
     vec(s.seen_v) = vec(s.x + 3);
     put_gravity(s);

@@ -155,7 +155,7 @@ struct InAxes {
     double colour[3]; // slowly varying error of the satellites' position
     double colour_at_rest[3]; // that error when the present rest began
     double mean_force[3]; // force without vibration
-    double recent_acceleration[3]; // mean acceleration over the GNSS latency
+    double recent_acceleration[3]; // mean over the GNSS latency, with noise
     double gained[3]; // velocity gained since the search for the heading began
     // Mean of the used magnetometer samples over field_colour_s, in axes of the present attitude estimate.
     double field[3];
@@ -219,7 +219,8 @@ struct State {
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
     double steady_rate[3]; // mean over turns_alike_s, which averages sway
     double mean_force2; // mean square of the mean force along the horizontal
-    double false_force2; // mean of the part of it that errors cause: of that of the windows
+    double recent2; // mean square of the recent acceleration along the horizontal
+    double false_force2; // mean of the part of these that errors cause: of that of the windows
     double seen_q[4], seen_v[3]; // attitude and velocity just after the last event
     Window window;
     FreeGates gates;

@@ -171,7 +171,7 @@ class InsReference:
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
         self.memory_field, self.memory_R, self.memory_s, self.refused_s = np.zeros(3), np.zeros((3, 3)), np.nan, np.nan
         self.P = self.first_covariance()
-        self.t_s = self.corrected_s = t_s
+        self.t_s = self.corrected_s = self.velocity_s = t_s
         self.rate, self.force = np.array(rate[1], float), np.array(force[1], float)
         self.interval_s = 0.0
         self.before = np.array(rate[0], float), np.array(force[0], float)  # held before these
@@ -179,7 +179,7 @@ class InsReference:
         self.slow_noise = SlowNoise()
         self.slow_noise.note(self.rate, self.force, since_s)
         self.felt: Array | None = None
-        self.recent_acceleration = np.zeros(3)
+        self.recent, self.recent2 = np.zeros(3), 0.0
         self.put_gravity()
         self.clear_window()
 
@@ -243,8 +243,8 @@ class InsReference:
             self.by_errors2 = self.force_by_errors2(R)
         self.feel(raw, T)
         force = self.moving_force(raw, self.o.correction_interval_s)
-        age_s = max(SHORTEST_AGE_S, 0.5 * self.latency)
-        self.recent_acceleration = self.recent_acceleration + T / (age_s + T) * (force + self.gravity - self.recent_acceleration)
+        self.recent = self.recent + T / (self.age_s() + T) * (raw + self.gravity - self.recent)
+        self.recent2 += T / (FELT_S + T) * (float(self.recent[:2] @ self.recent[:2]) - self.recent2)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
         for name, turns in (("", R), ("_scale", R * rate)):
@@ -300,6 +300,20 @@ class InsReference:
         steady = self.felt * np.array([moved2 / self.felt2, moved2 / self.felt2, 1])
         moving: Array = steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady)
         return moving
+
+    def age_s(self) -> float:
+        """Averaging time of the recent acceleration."""
+        return max(SHORTEST_AGE_S, 0.5 * self.latency)
+
+    def missed(self, taken_back_per_s: float = 0.0) -> tuple[Array, Array]:
+        """What a late velocity misses: acceleration of the motion, and velocity that noise has added (regression dilution)."""
+        noise2_s = 2 * self.noise2()[1] * self.interval_s
+        noise2 = noise2_s / (2 * self.age_s())
+        moved2 = max(0.0, self.recent2 - self.false2 - noise2)
+        all2 = moved2 + self.false2 + noise2
+        if not all2 > 0:
+            return self.recent, np.zeros(3)
+        return moved2 / all2 * self.recent, noise2_s / all2 / (1 + self.age_s() * taken_back_per_s) * self.recent
 
     def transition(self) -> Array:
         """33 x 33, over the window."""
@@ -416,13 +430,16 @@ class InsReference:
             self.begin_field(field_b)
         self.clear_window()
         if velocity_n is not None and place is not None:
-            tau, a = self.latency, self.recent_acceleration
+            known2 = np.diag(self.P[V, V])[:2].max()
+            gain = known2 / (known2 + self.SIGMA_M_S**2 * self.velocity_fit.weight(self.t_s))
+            tau, (a, noise_m_s) = self.latency, self.missed(gain / (self.t_s - self.velocity_s))
             H, noise = self.late(a)
-            H[:, V] = np.eye(3)
+            H[:, V], H[:, PHI], H[:, ACCEL] = np.eye(3), tau * cross_matrix(a - self.gravity), tau * self.R
             self.velocity_fit.restate(self.SIGMA_M_S**2)
             z = self.T.T @ earth.axes_at(place) @ velocity_n
-            self.use(H, z - (self.v - tau * a), self.SIGMA_M_S**2 + noise, self.velocity_fit)
-            tau = self.latency
+            self.use(H, z - (self.v - tau * a - noise_m_s), self.SIGMA_M_S**2 + noise, self.velocity_fit)
+            self.velocity_s = self.t_s
+            tau, (a, _) = self.latency, self.missed()
             H, noise = self.late(self.v - tau * a)
             H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
             self.position_fit.restate(sigma_m**2)
