@@ -27,17 +27,17 @@ void note_knock(State& s, const Vector3& force, double interval_s) {
     for (int i = 0; i < 3; ++i) s.window.lost_gain2[i] += share * square(change[i] * interval_s);
 }
 
-// The error is constant for as long as the fault lasts, with the size of usual turns and accelerations of vehicles.
+// The error is constant for as long as the fault lasts, and as large as what an axis does unseen in a gap.
 void note_lost(State& s, double t_s, double interval_s) {
-    constexpr double turn_rad_s = 0.2, gain_m_s2 = 2, share = 0.5; // share: of what the axis shows, where it is at its end
+    constexpr double share = 0.5; // of what the axis shows, where it is at its end
     if (!(interval_s > 0) || !std::isfinite(interval_s)) return;
-    const auto lost = [&](const SensorCheck<double>& check, const double* shown, double usual, double* variance) {
-        const double memory_s = t_s - check.since_s + 0.5 * interval_s;
+    const auto lost = [&](const SensorCheck<double>& check, const double* shown, double unseen2, double* variance) {
+        const double memory_s = t_s - check.since_s + 0.5 * interval_s, usual = std::sqrt(unseen2);
         for (int i = 0; i < 3; ++i)
             variance[i] += check.lost(i, interval_s, t_s, std::fmax(usual, share * std::fabs(shown[i])), memory_s);
     };
-    lost(s.check[checked_gyro], s.held.rate, turn_rad_s, s.window.lost_turn2);
-    lost(s.check[checked_accel], s.held.force, gain_m_s2, s.window.lost_gain2);
+    lost(s.check[checked_gyro], s.held.rate, GapMotion::unseen2(GapMotion::rate_rad_s, s.rest.rate2), s.window.lost_turn2);
+    lost(s.check[checked_accel], s.held.force, GapMotion::unseen2(GapMotion::force_m_s2, s.rest.force2), s.window.lost_gain2);
 }
 
 } // namespace

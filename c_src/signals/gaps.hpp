@@ -34,7 +34,11 @@ struct RateChange {
 
 // Variances about one axis for a gap between inertial samples of a vehicle: of its turn, velocity and displacement.
 struct GapMotion {
+    static constexpr double rate_rad_s = 0.2, force_m_s2 = 2; // chosen: a brisk turn and a firm brake of a car
     double turn2, gain2, way2;
+
+    // Mean square of what one axis does unseen; swing2: how the body has just swung, of three axes.
+    static double unseen2(double usual, double swing2) { return usual * usual + swing2 / 3; }
 
     // The part of the gap from from_s to to_s after the last sample. It turns and accelerates as vehicles do and, once the gap is as
     // long as a swing, by as much as it has just swung (mean squares of rate and force about their means, three axes together).
@@ -46,12 +50,11 @@ struct GapMotion {
 
 private:
     void add_whole(double gap_s, double sign, double swing_rate2, double swing_force2) {
-        constexpr double rate_rad_s = 0.2, force_m_s2 = 2; // chosen: a brisk turn and a firm brake of a car
         constexpr double swing_s = 0.3; // shorter gaps: the change between the samples is even
         const double gap2 = sign * gap_s * gap_s, swings2 = std::fmin(1, gap_s * gap_s / (swing_s * swing_s));
-        const double of_axis = swings2 * swings2 / 3;
-        const double gain = gap2 * (force_m_s2 * force_m_s2 + of_axis * swing_force2);
-        turn2 += gap2 * (rate_rad_s * rate_rad_s + of_axis * swing_rate2);
+        const double shown = swings2 * swings2;
+        const double gain = gap2 * unseen2(force_m_s2, shown * swing_force2);
+        turn2 += gap2 * unseen2(rate_rad_s, shown * swing_rate2);
         gain2 += gain;
         way2 += gain * gap_s * gap_s / 4;
     }

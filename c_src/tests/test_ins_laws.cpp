@@ -295,7 +295,8 @@ TEST(InsRecord, AnInconsistencyWidensTheSigmasBeforeItAndNotTheErrors) {
 
 // ------------------------------------------------------------------------------------------------ faulty axes
 
-// The error of a stuck axis is constant: the rotation that it has missed grows with the time, its variance with the square.
+// The error of a stuck axis is constant: the rotation that it has missed grows with the time, its variance with the square. It is a brisk turn and as
+// large as the swing of the body.
 TEST(InsFaults, WhatAStuckAxisMissesGrowsWithTheTimeForWhichItIsStuck) {
     ins::Options o = usual();
     o.correction_interval_s = 100;
@@ -303,7 +304,7 @@ TEST(InsFaults, WhatAStuckAxisMissesGrowsWithTheTimeForWhichItIsStuck) {
     const ins::Model model(o);
     test::Random random(1);
     ins::State s = started_at(model, truth, 0);
-    std::vector<double> lasted_s, variance;
+    std::vector<double> lasted_s, variance, unseen2;
     for (int k = 1; k <= 400; ++k) {
         ins::Event e{};
         e.t_s = 0.01 * k;
@@ -319,10 +320,12 @@ TEST(InsFaults, WhatAStuckAxisMissesGrowsWithTheTimeForWhichItIsStuck) {
         lasted_s.push_back(e.t_s - s.check[checked_gyro].since_s +
                            truth.interval_s); // with the interval of the first equal sample
         variance.push_back(s.window.lost_turn2[2]);
+        unseen2.push_back(0.2 * 0.2 + s.rest.rate2 / 3);
     }
     ASSERT_GT(variance.size(), 200u);
-    constexpr double usual_rad_s = 0.2;
-    const double due = square(usual_rad_s) * (square(lasted_s.back()) - square(lasted_s[9]));
+    double due = 0;
+    for (std::size_t k = 10; k < variance.size(); ++k) due += unseen2[k] * (square(lasted_s[k]) - square(lasted_s[k - 1]));
+    EXPECT_GT(unseen2[9], 1.005 * square(0.2));
     EXPECT_NEAR(variance.back() - variance[9], due, 1e-3 * due);
 }
 
