@@ -319,11 +319,13 @@ bool Model::position_jumped(State& s, const Event& event) const {
     const double changes_s = since_s + 2 * (event.t_s - g.velocity_s + options_.start_sigma_latency_s);
     const Vector3 now = earth::position_of({z[0], z[1], z[2]});
     const Vector3 off = mat(s.fix_axes).transpose() * (now - vec(g.position)) - since_s * vec(g.velocity);
-    const bool jumps = off.head<2>().norm() > sigmas + half_acceleration_m_s2 * changes_s * since_s;
-    if (jumps || !vec(g.jump).isZero(0)) vec(g.jump) += off;
+    const double unknown = half_acceleration_m_s2 * changes_s * since_s;
+    const bool lasts = !vec(g.jump).isZero(0);
+    if (lasts || off.head<2>().norm() > sigmas + unknown) vec(g.jump) += off;
+    g.unknown_m = lasts ? g.unknown_m + unknown : 0;
     vec(g.position) = now;
     g.position_s = event.t_s;
-    if (vec(g.jump).head<2>().norm() > sigmas) {
+    if (vec(g.jump).head<2>().norm() > sigmas + g.unknown_m) {
         const double variance[] = {sigma * sigma, sigma * sigma};
         s.fit(position).note(g.jump, variance, 2, true, true, event.t_s);
         return true;

@@ -142,6 +142,7 @@ struct Levelling {
 struct FreeGates {
     double velocity_s, velocity[3], gained[3]; // gained by the IMU since then
     double position_s, position[3], jump[3]; // Earth-fixed; north, east, down
+    double unknown_m; // by which accelerations may have added to the jump
     double fitting_s, refused_s; // velocities were accepted since; rejected since, NaN: the last one was accepted
 
     void begin() {
