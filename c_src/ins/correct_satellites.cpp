@@ -51,17 +51,17 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     z = mat(s.axes).transpose() * (north.axes * z);
     const Matrix3 R = attitude(s);
     const Vector3 w = turn_rate(s), lever = R * w.cross(vec(options_.antenna_b_m));
-    const double noise2 = square(std::fmax(value[3], value[4])) * s.fit(velocity).weight(event.t_s),
-                 gain = P.larger(row_v) / (P.larger(row_v) + noise2);
+    const double stated2 = square(std::fmax(value[3], value[4])), noise2 = stated2 * s.fit(velocity).weight(event.t_s);
+    const double known2 = P.larger(row_v), gain = known2 / (known2 + noise2);
     const Missed missed = missed_of(s, gain / (event.t_s - s.last_s[velocity]));
     const Vector3 a = missed.acceleration + R * w.cross(w.cross(vec(options_.antenna_b_m)));
     // Tilt, heading and accelerometer bias change the missed acceleration; the tilt alone would look observed at rest, where both cancel. In the
     // search products of their errors and that of the latency are not small: with these rows consumer cable cars have a wrong tilt for 2.3 % of the
     // time instead of .4.
-    const double known_s = free ? 0 : s.latency;
+    const double late_s = free ? 0 : s.latency;
     m.put(0, row_v, Matrix3::Identity());
-    m.put(0, row_phi, known_s * cross_matrix(Vector3(missed.acceleration - vec(s.gravity))) - cross_matrix(lever));
-    m.put(0, row_accel, known_s * R);
+    m.put(0, row_phi, late_s * cross_matrix(Vector3(missed.acceleration - vec(s.gravity))) - cross_matrix(lever));
+    m.put(0, row_accel, late_s * R);
     m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
     for (int i = 0; i < 2; ++i) m.R[i] += square(north.sigma_rad) * z.head<2>().squaredNorm();
@@ -105,14 +105,14 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_colour, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
-    const Vector3 missed = s.latency * missed_of(s, 0).acceleration,
-                  late = free ? Vector3(vec(s.in_t.gained)) : Vector3(v - 0.5 * missed);
+    const Vector3 gained = s.latency * missed_of(s, 0).acceleration; // since the time of validity
+    const Vector3 late = free ? Vector3(vec(s.in_t.gained)) : Vector3(v - 0.5 * gained);
     if (free) {
         put_turned(m, z, s.u, &z);
         m.R[0] = m.R[1] = std::fmax(m.R[0], m.R[1]);
         put_latency(P, m, late);
     } else {
-        put_latency(P, m, v - missed);
+        put_latency(P, m, v - gained);
         m.put(0, row_v, -s.latency * Matrix3::Identity());
     }
     vec(m.r) = z - (vec(s.x) + lever + vec(s.in_t.colour) - s.latency * late);

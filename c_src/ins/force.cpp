@@ -17,18 +17,24 @@ double mean_force_over_s(const State& s) {
     return std::fmin(longest_s, force_noise2(s) * s.usual_interval_s / (2 * small_m_s2 * small_m_s2));
 }
 
-// The part of the force in t, averaged over over_s, that turns attitude errors into velocity errors.
-Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
-    const double noise2 = 2 * force_noise2(s) * s.usual_interval_s;
-    if (!(noise2 > 0)) return raw;
-    const double by_noise2 = noise2 / (2 * mean_force_over_s(s) + s.usual_interval_s);
-    const double moved2 = std::fmax(0, s.mean_force2 - s.false_force2 - by_noise2);
-    Vector3 steady = vec(s.in_t.mean_force);
-    if (s.mean_force2 > 0) steady.head<2>() *= moved2 / s.mean_force2;
-    return steady + moved2 / (moved2 + noise2 / over_s) * (raw - steady);
-}
+// Its power spectral density, of both horizontal axes together.
+double noise2_s(const State& s) { return 2 * force_noise2(s) * s.usual_interval_s; }
+
+// The part of a mean square along the horizontal that is motion.
+double moved2_of(const State& s, double mean2, double noise2) { return std::fmax(0, mean2 - s.false_force2 - noise2); }
 
 } // namespace
+
+// The part of the force in t, averaged over over_s, that turns attitude errors into velocity errors.
+Vector3 moving_force(const State& s, const Vector3& raw, double over_s) {
+    const double density2 = noise2_s(s);
+    if (!(density2 > 0)) return raw;
+    const double by_noise2 = density2 / (2 * mean_force_over_s(s) + s.usual_interval_s);
+    const double moved2 = moved2_of(s, s.mean_force2, by_noise2);
+    Vector3 steady = vec(s.in_t.mean_force);
+    if (s.mean_force2 > 0) steady.head<2>() *= moved2 / s.mean_force2;
+    return steady + moved2 / (moved2 + density2 / over_s) * (raw - steady);
+}
 
 // Variance of the horizontal force that errors of tilt and accelerometer bias put into t. Those of a body that stands cancel each other: with the
 // tilt alone, consumer boats at a mooring find headings with a z2 of 3.2 instead of .8. body_to_t: rotation matrix.
@@ -65,12 +71,6 @@ Vector3 shown_force(const State& s) {
     return force;
 }
 
-// The force in t that turns attitude errors into velocity errors. At rest it is that against gravity: the noise that vibration leaves in the
-// mean made the heading of tactical sensors look observable, in ten minutes 2.1 deg at an error of 6.6 (5.7 and 5.5 with this).
-Vector3 Model::transition_force(const State& s, const Vector3& raw) const {
-    return at_rest(s, s.last_event_s) ? Vector3(-vec(s.gravity)) : moving_force(s, raw, options_.correction_interval_s);
-}
-
 namespace {
 
 // Least averaging time of the acceleration that a late velocity misses; it leaves a tenth of a vibration of 17 Hz. The last sample alone made the
@@ -91,11 +91,11 @@ void note_acceleration(State& s, const Vector3& acceleration, double interval_s)
 // the averaging time: that of consumer quadrotors was .1 to .2 s too large at a sigma of .02. Given the mean, motion and noise are its shares by
 // their variances (regression dilution, Fuller 1987, 1.1). Corrections have taken back part of what was integrated.
 Missed missed_of(const State& s, double taken_back_per_s) {
-    const double noise2_s = 2 * force_noise2(s) * s.usual_interval_s, noise2 = noise2_s / (2 * age_s(s)); // two axes
-    const double moved2 = std::fmax(0, s.recent2 - s.false_force2 - noise2), all2 = moved2 + s.false_force2 + noise2;
+    const double density2 = noise2_s(s), noise2 = density2 / (2 * age_s(s)), moved2 = moved2_of(s, s.recent2, noise2);
+    const double all2 = moved2 + s.false_force2 + noise2;
     const Vector3 recent = vec(s.in_t.recent_acceleration);
     if (!(all2 > 0)) return {recent, Vector3::Zero()};
-    return {moved2 / all2 * recent, noise2_s / all2 / (1 + age_s(s) * taken_back_per_s) * recent};
+    return {moved2 / all2 * recent, density2 / all2 / (1 + age_s(s) * taken_back_per_s) * recent};
 }
 
 } // namespace hnav::ins

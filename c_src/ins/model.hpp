@@ -64,6 +64,7 @@ void turn_field(State& s, const Matrix3& C);
 Matrix3 to_earth_axes(const State& s);
 // force.cpp
 Vector3 shown_force(const State& s); // in body axes
+Vector3 moving_force(const State& s, const Vector3& raw, double over_s);
 double false_force2(const State& s, const Matrix3& body_to_t);
 void note_mean_force(State& s, const Vector3& force, double interval_s);
 void note_acceleration(State& s, const Vector3& acceleration, double interval_s);
@@ -157,9 +158,6 @@ private:
     // mechanisation.cpp
     void hold(State& s, const Event& event) const;
     static void put_gravity(State& s);
-
-    // force.cpp
-    Vector3 transition_force(const State& s, const Vector3& raw) const;
 
     // covariance.cpp
     void gather(State& s, double interval_s) const;
