@@ -177,6 +177,17 @@ def test_a_wrong_range_of_the_chip_is_found_without_a_field_too(held, factor):
     assert float(found[0].message.split()[3]) == pytest.approx(1 / factor, rel=0.2)
 
 
+def test_the_force_on_a_body_that_sways_below_the_sensor_gives_the_rates_no_scale():
+    """A bicycle: 1 m above the axis of a sway of 1.3 Hz the force turns 8 times as far as the body, and the filter refused the file."""
+    t_s, sway = np.arange(0, 60, 0.01), 2 * np.pi * 1.3
+    roll, turn = np.radians(1.5) * np.sin(sway * t_s), 0.1 * np.sin(0.2 * t_s)
+    rate = np.stack([np.radians(1.5) * sway * np.cos(sway * t_s), turn * np.sin(roll), turn * np.cos(roll)], 1)
+    force = np.stack([0 * roll, -9.81 * np.sin(roll) - sway**2 * roll, -9.81 * np.cos(roll)], 1)
+    noise = 0.02 * np.random.default_rng(0).standard_normal((len(t_s), 3))
+    bicycle = Recording("bicycle", t_s, rate + 0.05 * noise, force + noise)
+    assert [finding for finding in bicycle.check() if finding.code == "scale"] == []
+
+
 @pytest.mark.parametrize("factor", [0.9, 1.1])
 def test_stamps_of_a_clock_that_is_wrong_by_a_tenth_are_a_warning(held, factor):
     stretched = [finding for finding in replace(held, t_s=factor * held.t_s).check() if finding.code == "scale"]

@@ -38,8 +38,8 @@ def findings_by_turning(recording: Recording, live: Samples, found: list[Finding
     }
     if time is not None and not time.argument:
         return
-    yield from _scale(recording, fits, codes)
     stay = stay_of(live["gyro"], live["accel"], factor) if "accel" in usable else None
+    yield from _scale(recording, _without_sway(fits, stay), codes)
     if not _turns_as_the_rates_say(fits, stay):
         yield from _unit_of_rates(recording, live, codes, factor)
     wrong = _wrong_axes(fits, stay)
@@ -57,6 +57,11 @@ def _factor_of_times(recording: Recording, unit: Finding | None) -> float:
 def _turns_as_the_rates_say(fits: Mapping[str, Fit | None], stay: Stay | None) -> bool:
     follows = any(fit is not None and fit.as_it_is >= SURE for fit in fits.values())
     return follows or bool(stay and stay.decides and stay.as_it_is > HELD)
+
+
+def _without_sway(fits: dict[str, Fit | None], stay: Stay | None) -> Mapping[str, Fit | None]:
+    """A sensor high above the axis of a sway measures a force that turns several times as far, while gravity stays: a bicycle."""
+    return fits | {"accel": None} if stay is not None and stay.as_it_is > HELD else fits
 
 
 def _scale(recording: Recording, fits: Mapping[str, Fit | None], codes: Mapping[tuple[str, str], Finding]) -> Iterator[Finding]:
