@@ -58,7 +58,7 @@ hnav_status take_row(InsObject* f, const hnav_ins_run_input& in, std::size_t i, 
         status = tolerated(f->take(in.aid_sensor[*aid], in.aid_t_s[*aid], in.aid_value + max_values * *aid));
     }
     if (status == HNAV_OK) status = check_time(f, in.t_s[i]);
-    return status == HNAV_OK ? advanced(f, in.t_s[i], f->advance(clock_time(in.t_s[i]))) : status;
+    return status == HNAV_OK ? advanced(f, in.t_s[i], f->filter.advance_or_stay(clock_time(in.t_s[i]))) : status;
 }
 
 // All outputs except the motion, the only continuous states under an external integrator.

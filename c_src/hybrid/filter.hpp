@@ -151,8 +151,14 @@ public:
         switch (stamps_.last()) {
         case Place::spread: return advance_to(std::max(now_, queue_.event(queue_.size() - 1).t_s));
         case Place::left_out: return Outcome::ok;
-        default: return advance(stamp_s);
+        default: return advance_or_stay(stamp_s);
         }
+    }
+
+    // For a row whose stamp may run back within the horizon, which has admitted its samples.
+    Outcome advance_or_stay(double stamp_s) {
+        const double t_s = stamp_s + stamps_.offset_s();
+        return runs_back(t_s) && t_s >= late_limit_ ? advance_to(now_) : advance(stamp_s);
     }
 
     int nx() const { return nx_of(model_); }
@@ -376,7 +382,7 @@ private:
 #endif
 
     using Context = FlowContext<Model>;
-    using Timing = Stamps<Event::channel_count, !has_fixed_size<Model>>;
+    using Timing = Stamps<Event::channel_count, !has_fixed_size<Model>, bursts_of<Model>()>;
 
     // Saved beside the state of the base, the shown one and the events.
     struct Kept {

@@ -51,6 +51,31 @@ def test_rows_in_another_order_are_named_with_the_cure(arrays):
         with_times(arrays, arrays[0][::-1])
 
 
+@pytest.mark.parametrize("name", ["ahrs", "hrekf", "ins"])
+def test_a_horizon_admits_rows_that_run_back_within_it(arrays, name):
+    """What the message of a late sample promises."""
+    given = Ins("industrial", horizon_s=0.1) if name == "ins" else Filter(name, horizon_s=0.1)
+    swapped = [array.copy() for array in arrays[: 3 if name == "ins" else 4]]
+    in_order = given.run(*swapped)
+    given.reset()
+    for array in swapped:
+        array[100:102] = array[101:99:-1]
+    np.testing.assert_allclose(given.run(*swapped).q_nb[-1], in_order.q_nb[-1], atol=1e-9)
+
+
+def test_masked_samples_are_none(arrays):
+    """As netCDF4 and astropy give them, with a fill value below the mask."""
+    hidden = np.broadcast_to((arrays[0] > 2)[:, None], arrays[3].shape)
+    field = np.where(hidden, -9999.0, arrays[3])
+    plain = Filter("ahrs").run(*arrays[:3], np.where(hidden, np.nan, field))
+    masked = Filter("ahrs").run(*arrays[:3], np.ma.masked_array(field, hidden))
+    np.testing.assert_array_equal(plain.q_nb, masked.q_nb)
+    recorded = Recording("masked", *arrays[:3], np.ma.masked_array(field, hidden))
+    assert np.isnan(recorded.field_b_tesla[hidden]).all()
+    heading = np.ma.masked_array([0.1, -9999.0], [False, True])
+    assert len(Aids().heading([0.0, 1.0], heading, 0.1).arrays()[0]) == 1
+
+
 def test_an_infinite_sample_is_none(arrays):
     rate = arrays[1].copy()
     rate[100, 1] = np.inf

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.native.arrays import Array, times
+from hnav.native.arrays import Array, floats, times
 from hnav.native.library import SENSORS
 
 AIDS = SENSORS[SENSORS.index("mag") :]
@@ -57,29 +57,29 @@ class Aids:
         received_s: npt.ArrayLike | None = None,
     ) -> Aids:
         """Velocities: m x 3, north, east, down, the last NaN where it is not known; sigma likewise."""
-        return self._add("velocity", t_s, np.asarray(velocity_n_m_s, float), sigma_n_m_s, received_s)
+        return self._add("velocity", t_s, floats(velocity_n_m_s), sigma_n_m_s, received_s)
 
     def pressure(
         self, t_s: npt.ArrayLike, pressure_pa: npt.ArrayLike, sigma_pa: npt.ArrayLike, received_s: npt.ArrayLike | None = None
     ) -> Aids:
         """Pressures of the air: m."""
-        return self._add("pressure", t_s, np.asarray(pressure_pa, float), sigma_pa, received_s)
+        return self._add("pressure", t_s, floats(pressure_pa), sigma_pa, received_s)
 
     def speed(
         self, t_s: npt.ArrayLike, speed_m_s: npt.ArrayLike, sigma_m_s: npt.ArrayLike, received_s: npt.ArrayLike | None = None
     ) -> Aids:
         """Speeds along body x: m."""
-        return self._add("speed", t_s, np.asarray(speed_m_s, float), sigma_m_s, received_s)
+        return self._add("speed", t_s, floats(speed_m_s), sigma_m_s, received_s)
 
     def heading(
         self, t_s: npt.ArrayLike, heading_rad: npt.ArrayLike, sigma_rad: npt.ArrayLike, received_s: npt.ArrayLike | None = None
     ) -> Aids:
         """Headings of body x: m."""
-        return self._add("heading", t_s, np.asarray(heading_rad, float), sigma_rad, received_s)
+        return self._add("heading", t_s, floats(heading_rad), sigma_rad, received_s)
 
     def mag(self, t_s: npt.ArrayLike, field_b: npt.ArrayLike, received_s: npt.ArrayLike | None = None) -> Aids:
         """Fields of a magnetometer: m x 3, any unit, in sensor axes; those of zero are left out."""
-        field = np.atleast_2d(np.asarray(field_b, float))
+        field = np.atleast_2d(floats(field_b))
         field = np.where((field == 0).all(axis=-1, keepdims=True), np.nan, field)
         return self._add("mag", t_s, field, None, received_s)
 
@@ -111,7 +111,7 @@ class Aids:
             )
         read = values.reshape(shape)
         width = 0 if sigma is None else max(1, read.shape[1])
-        sigmas = np.asarray(0.0 if sigma is None else sigma, float)
+        sigmas = floats(0.0 if sigma is None else sigma)
         sigmas = np.broadcast_to(sigmas[:, None] if sigmas.shape == (len(t),) else sigmas, (len(t), width))
         table = np.zeros((len(t), 6))
         table[:, : read.shape[1]] = read

@@ -32,7 +32,7 @@ from hnav.filters.run_base import RunBase
 from hnav.io.archive_room import Room
 from hnav.io.model_description import ModelDescription
 from hnav.io.outputs import temporary_folder, writing
-from hnav.native.arrays import Array, Record, address, times
+from hnav.native.arrays import Array, Record, address, doubles, times
 from hnav.native.library import enumerators, ffi, library, new, text
 from hnav.native.options import OptionSet, complete
 
@@ -440,10 +440,7 @@ def _columns(given: Mapping[str, npt.ArrayLike], known: Known, n: int, kind: str
     columns = np.full((n, len(known)), math.nan)
     for index, name in enumerate(known):
         if name in given:
-            values = np.asarray(given[name], float)
-            if values.shape != (n,):
-                raise HnavValueError("size", f"{name} has the shape {values.shape}, expected ({n},)", name)
-            columns[:, index] = values
+            columns[:, index] = doubles(given[name], (n,), name)
     factors, offsets = (np.array([getattr(one, name) for one in known.values()]) for name in ("factor", "offset"))
     return np.asarray(columns * factors + offsets)
 

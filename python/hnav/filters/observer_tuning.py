@@ -25,7 +25,7 @@ from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
 from hnav.filters.observer_findings import findings
 from hnav.filters.observer_offsets import offsets, with_offsets
 from hnav.filters.observer_plan import Plan
-from hnav.native.arrays import Array
+from hnav.native.arrays import Array, floats
 
 AHEAD = 10  # samples that a prediction goes ahead
 LAGS = 5  # innovations after one, that it must not foretell
@@ -81,7 +81,7 @@ def tune(
     names = _noises(plan)
     if not any(name.startswith("state") for name in names) and len(names) < 2:
         raise HnavValueError("option", "no state has noise: give one that is disturbed a first value, however rough")
-    seen = {name: np.asarray(values, float) for name, values in sensors.items()}
+    seen = {name: floats(values) for name, values in sensors.items()}
 
     given = plan
 

@@ -19,6 +19,7 @@ from hnav.io.findings import Finding, Samples, unit_name, warning
 from hnav.io.plausible_turning import findings_by_turning
 from hnav.io.readers.clock import DAMAGED, MENDED, ORDERED
 from hnav.io.recordings import ARRAYS, Recording
+from hnav.native.arrays import floats
 from hnav.units import G_M_S2, SUSPECTED, si_per
 
 LEVELS = ("error", "warning", "note")
@@ -371,8 +372,8 @@ def warn_of_meaningless(
         warnings.warn(f"{shown}; {cure}", PlausibilityWarning, stacklevel=3)
     if kept.sum() < ENOUGH:
         return
-    rates, forces = (np.asarray(values, float)[: len(t_s)][kept] for values in (rate, force))
-    fields = None if field is None else np.asarray(field, float)[: len(t_s)][kept]
+    rates, forces = (floats(values)[: len(t_s)][kept] for values in (rate, force))
+    fields = None if field is None else floats(field)[: len(t_s)][kept]
     for finding in check(Recording("arrays", t_s[kept], rates, forces, fields)):
         if finding.stops or (finding.code, finding.sensor) == ("unit", "mag"):
             # Arrays have no option for a unit.

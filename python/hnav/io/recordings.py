@@ -10,6 +10,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.aids import AidSamples, arrived_within
+from hnav.native.arrays import floats
 from hnav.units import TESLA_PER
 
 if TYPE_CHECKING:
@@ -89,11 +90,11 @@ class Recording:
         """Lists are arrays. Raises RecordingError for arrays of other shapes, and for a name that is not a text."""
         if not isinstance(self.name, str):
             raise RecordingError(f"name is no text but a {type(self.name).__name__}: write {ORDER}", "name")
-        object.__setattr__(self, "t_s", np.asarray(self.t_s, float))
+        object.__setattr__(self, "t_s", floats(self.t_s))
         shape = self.t_s.shape
         for name in ARRAYS.values():
             if (values := getattr(self, name)) is not None:
-                array = np.asarray(values, float)
+                array = floats(values)
                 if len(shape) != 1 or array.shape != (*shape, 3):
                     raise RecordingError(f"{self.name}: {name} has the shape {array.shape}, t_s {shape}: n x 3 and n are needed")
                 object.__setattr__(self, name, array)

@@ -48,9 +48,14 @@ def rows_of_three(values: npt.ArrayLike, name: str) -> Array:
     return array
 
 
+def floats(values: npt.ArrayLike) -> Array:
+    """Numbers as float64, NaN where an array is masked. Raises TypeError or ValueError for values that are no numbers."""
+    return np.asarray(np.ma.filled(np.ma.asarray(values, np.float64), np.nan))
+
+
 def _numbers(values: npt.ArrayLike, name: str) -> Array:
     try:
-        return np.asarray(values, np.float64, order="C")
+        return np.asarray(floats(values), order="C")
     except (TypeError, ValueError):
         cure = ": give its arrays, or a filter run_recording(recording)" if hasattr(values, "rate_b_rad_s") else ""
         raise HnavValueError("size", f"{name} is no array of numbers but a {type(values).__name__}{cure}", name) from None
