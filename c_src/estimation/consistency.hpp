@@ -5,8 +5,8 @@
 //                 blind to whatever changes slowly. It scales the stated variance: up at once, down slowly, never below what is stated
 //   correlated    means over a short window scatter by more than white noise of this variance does: the samples within the correlation time,
 //                 which is estimated so, have the weight of one
-//   wrong state   innovations have a mean. Its square, by the variance of a mean over a window, is 1 by chance: a short window for faults,
-//                 a long one for errors of the model
+//   wrong state   innovations have a mean. The square of their sum, in which they fade with the time of a window, by the variance of such a
+//                 sum of white ones is 1 by chance: a short window for faults, a long one for errors of the model
 #pragma once
 
 #include "maths/square.hpp"
@@ -29,8 +29,9 @@ struct Consistency {
     // anchored ship), now for at most .5 %; with white errors a car is ready after 19.6 s (18.3 without).
     static constexpr double colour_slow_s = 40, usual_colour_s = 0.3;
 
-    double mean[windows][most_rows], share[windows]; // of the normalised innovations; share of the newest in it
-    double mean_rows; // of the newest in it
+    double sum[windows][most_rows],
+        variance[windows]; // of the normalised innovations, the older the less; of such a sum, were they white
+    double sum_rows; // of the newest in it
     double successive; // mean square of successive differences over twice the variance: 1 by chance
     double last[most_rows], last_rows, last_s, last_gated; // innovation
     double noise; // factor on the stated variance
@@ -74,19 +75,19 @@ struct Consistency {
     }
     // Factor on the stated variance of a sample at t_s.
     double weight(double t_s) const { return noise * std::fmax(1, t_s > last_s ? colour_s / (t_s - last_s) : 1); }
-    // Square of the mean innovation of a window by its variance: 1 by chance.
+    // Square of the sum of a window by its variance, the same as of the mean: 1 by chance.
     double bias(int window) const {
-        if (!(share[window] > 0)) return 0;
+        if (!(variance[window] > 0)) return 0;
         double size2 = 0;
-        for (int i = 0; i < mean_rows; ++i) size2 += square(mean[window][i]);
-        return size2 * (2 - share[window]) / share[window] / mean_rows;
+        for (int i = 0; i < sum_rows; ++i) size2 += square(sum[window][i]);
+        return size2 / variance[window] / sum_rows;
     }
     // The larger bias of the two windows.
     double bias() const { return std::fmax(bias(0), bias(1)); }
     // Call it after the covariance of the state was multiplied by this factor.
     void widen(double factor) {
-        for (auto& window : mean)
-            for (double& m : window) m /= std::sqrt(factor);
+        for (auto& window : sum)
+            for (double& one : window) one /= std::sqrt(factor);
     }
 
 private:
@@ -94,7 +95,7 @@ private:
         successive += (std::fmin(change2, largest) - successive) / memory;
         if (successive > at_once) {
             noise *= successive;
-            widen(successive); // means were of innovations by too small a sigma
+            widen(successive); // sums were of innovations by too small a sigma
             successive = 1;
         } else {
             noise = std::fmax(1, noise * std::exp(since_s / slow_s * (successive - 1)));
@@ -106,11 +107,14 @@ private:
         const double longer = std::exp(since_s / colour_slow_s * (std::fmin(bias(0), most) - 1));
         colour_s = std::fmax(since_s, std::fmin(longer * colour_s, window_s[0]));
     }
+    // Every sample counts once: by the interval before it the first one after a gap, or two receivers a millisecond apart, would refute
+    // every state.
     void note_mean(const double* y, int rows, double since_s) {
-        mean_rows = rows;
+        sum_rows = rows;
         for (int w = 0; w < windows; ++w) {
-            share[w] = since_s / (window_s[w] + since_s);
-            for (int i = 0; i < rows; ++i) mean[w][i] += share[w] * (y[i] - mean[w][i]);
+            const double kept = window_s[w] / (window_s[w] + since_s);
+            variance[w] = square(kept) * variance[w] + 1;
+            for (int i = 0; i < rows; ++i) sum[w][i] = kept * sum[w][i] + y[i];
         }
     }
 };

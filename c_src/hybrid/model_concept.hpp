@@ -51,6 +51,8 @@
 //         bool by_points() const                          the flow goes by sigma points altogether:
 //         bool flow_by_points(State&, double interval_s, Propagator&, const void* context) const
 //         static constexpr long max_explicit_steps        of the integrator, before it is asked
+//     static constexpr std::uint64_t bursts               mask of the channels whose samples of one stamp come from a FIFO
+//                                                         (stamps.hpp); without it all
 //     static std::uint64_t seldom_changes(const State&)   counts the changes of a part of the state that few events change:
 //         static constexpr std::size_t seldom_begin, seldom_bytes
 //
@@ -59,6 +61,7 @@
 
 #include "hybrid/sizes.hpp"
 
+#include <cstdint>
 #include <type_traits>
 #include <utility>
 
@@ -129,6 +132,8 @@ using SeldomChanges = decltype(M::seldom_changes(object<const State<M>>()));
 template <class M>
 using Read = std::integral_constant<int, M::read>;
 template <class M>
+using Bursts = std::integral_constant<std::uint64_t, M::bursts>;
+template <class M>
 using FixedSize = std::integral_constant<int, M::nx>;
 template <class M>
 using RuntimeSize = decltype(object<const M>().nx() + object<const M>().channels() + object<const M>().values() +
@@ -147,6 +152,13 @@ constexpr bool has_seldom_part = model_concept::Answers<model_concept::SeldomCha
 // Whether its flow reads only the first numbers of x.
 template <class Model>
 constexpr bool reads_in_part = model_concept::Answers<model_concept::Read, Model>::value;
+
+// Mask of its channels whose samples of one stamp come from a FIFO.
+template <class Model>
+constexpr std::uint64_t bursts_of() {
+    if constexpr (model_concept::Answers<model_concept::Bursts, Model>::value) return Model::bursts;
+    else return ~std::uint64_t{0};
+}
 
 // Whether it may have events of its own between those of the filter.
 template <class Model>

@@ -7,7 +7,8 @@
 // all others is an error of that stamp: its sample waits for a second stamp that agrees, and is left out.
 //
 // Bursts: samples of one sensor that share a stamp, as a FIFO hands them over, are spread over the time since the burst
-// before it. How many share a stamp is learnt from the last burst.
+// before it. How many share a stamp is learnt from the last burst. This holds for channels in the mask `bursts`: two fixes of one
+// time come from two receivers.
 //
 // Of a plant of any pace samples may come once a minute: what is far ahead is then learnt from the intervals of its sensors.
 #pragma once
@@ -22,7 +23,7 @@
 namespace hnav {
 
 // Part of the saved state: eight-byte numbers only.
-template <int channels, bool any_pace = false>
+template <int channels, bool any_pace = false, std::uint64_t bursts = ~std::uint64_t{0}>
 class Stamps {
 public:
     enum class Place : std::uint64_t { stamped, spread, jumped, left_out };
@@ -47,7 +48,7 @@ public:
     }
     std::uint64_t left_out(int channel) const { return channel_[channel].left_out; }
     Place last() const { return last_; } // of the newest sample
-    double last_s(int channel) const { return channel_[channel].last_s; }         // newest stamp; -infinity before the first
+    double last_s(int channel) const { return channel_[channel].last_s; } // newest stamp; -infinity before the first
     double interval_s(int channel) const { return channel_[channel].interval_s; } // usual one between two stamps; 0: not known
     std::uint64_t late(int channel) const { return channel_[channel].late; }
     double late_s(int channel) const { return channel_[channel].late_s; } // the filter's time of the newest late sample
@@ -69,7 +70,7 @@ public:
             last_ = Place::stamped;
             return {t_s, last_};
         }
-        return place_with_care(c, stamp_s, closed_s, limit_s, newest());
+        return place_with_care(c, stamp_s, closed_s, limit_s, newest(), (bursts >> channel) & 1u);
     }
 
     // Places samples of several channels with the same stamp, if for each of them it follows after its usual interval. False:
@@ -110,7 +111,7 @@ private:
 
     explicit Stamps(int) : offset_s_(0), ahead_s_(0), jumps_(0), last_(Place::stamped), channel_{} {}
 
-    Placed place_with_care(Channel& c, double stamp_s, double closed_s, double limit_s, double newest_s) {
+    Placed place_with_care(Channel& c, double stamp_s, double closed_s, double limit_s, double newest_s, bool in_bursts) {
         last_ = Place::stamped;
         if (limit_s > 0 && is_far_ahead(stamp_s, newest_s, limit_s)) {
             ++c.left_out;
@@ -123,7 +124,7 @@ private:
             return begin_time_base(c, stamp_s, newest_s);
         else return {stamp_s + offset_s_, last_};
         c.alone = c.count == 1 && c.expected <= 1;
-        if (c.expected <= 1 || c.count > c.expected) return {stamp_s + offset_s_, last_};
+        if (!in_bursts || c.expected <= 1 || c.count > c.expected) return {stamp_s + offset_s_, last_};
         last_ = Place::spread;
         return {std::max(closed_s, stamp_s + offset_s_ - c.spread_s * (1 - c.count / c.expected)), last_};
     }

@@ -129,6 +129,8 @@ public:
     void before_flow(State& s, const Event& event) const;
     static constexpr bool reholds = true;
     void rehold(State& s, const Event& event, double interval_s) const;
+    // Two fixes of one time come from two receivers, not from a FIFO.
+    static constexpr std::uint64_t bursts = 1u << imu | 1u << field;
     static constexpr bool turns_back = false, bounds_rate = false; // the step is controlled: forces count as much as rates
 
     // jump.cpp

@@ -103,20 +103,26 @@ TEST(Consistency, InnovationsAsPredictedChangeNothing) {
     }
 }
 
-TEST(Consistency, TheMeanOfAnyNumberOfRowsIsOneByChance) {
-    for (const int rows : {1, 2, 3}) {
-        std::mt19937_64 engine(5);
-        std::normal_distribution<double> normal;
-        Consistency fit;
-        fit.begin(1, 0);
-        double sum[Consistency::windows] = {};
-        constexpr int samples = 20000, settled = 1000;
-        for (int k = 0; k < samples; ++k) {
-            const double r[3] = {normal(engine), normal(engine), normal(engine)}, variance[3] = {1, 1, 1};
-            fit.note(r, variance, rows, false, false, 0.2 * k);
-            for (int w = 0; w < Consistency::windows; ++w) sum[w] += k < settled ? 0 : fit.bias(w);
+// Evenly; in pairs, of two receivers; with gaps.
+TEST(Consistency, TheMeanOfAnyNumberOfRowsAtAnyIntervalsIsOneByChance) {
+    const auto evenly = [](int k) { return 0.2 * k; };
+    const auto in_pairs = [](int k) { return 0.4 * (k / 2) + 0.001 * (k % 2); };
+    const auto with_gaps = [](int k) { return 0.2 * k + 30 * (k / 10); };
+    for (double (*time_s)(int) : {+evenly, +in_pairs, +with_gaps}) {
+        for (const int rows : {1, 2, 3}) {
+            std::mt19937_64 engine(5);
+            std::normal_distribution<double> normal;
+            Consistency fit;
+            fit.begin(1, 0);
+            double sum[Consistency::windows] = {};
+            constexpr int samples = 20000, settled = 1000;
+            for (int k = 0; k < samples; ++k) {
+                const double r[3] = {normal(engine), normal(engine), normal(engine)}, variance[3] = {1, 1, 1};
+                fit.note(r, variance, rows, false, false, time_s(k));
+                for (int w = 0; w < Consistency::windows; ++w) sum[w] += k < settled ? 0 : fit.bias(w);
+            }
+            for (const double total : sum) EXPECT_NEAR(total / (samples - settled), 1, 0.25) << rows;
         }
-        for (const double total : sum) EXPECT_NEAR(total / (samples - settled), 1, 0.25) << rows;
     }
 }
 

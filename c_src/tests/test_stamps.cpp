@@ -30,6 +30,19 @@ struct Clock {
 
 } // namespace
 
+TEST(Stamps, TwoSamplesOfOneStampAreNoBurstInAChannelThatHasNone) {
+    Stamps<2, false, 1> stamps;
+    for (const int channel : {0, 1}) {
+        double placed_s = 0;
+        for (int k = 0; k < 6; ++k) {
+            const double stamp_s = 0.1 * (k / 2);
+            placed_s = stamps.place(channel, stamp_s, 0, 0, limit_s, [] { return 0.0; }).t_s;
+            if (k == 4) EXPECT_EQ(placed_s < stamp_s, channel == 0);
+        }
+        EXPECT_EQ(placed_s, 0.1 * 2);
+    }
+}
+
 TEST(Stamps, OrdinaryOnesAreTheTimeBitForBit) {
     Clock clock;
     for (int k = 0; k < 100; ++k) {

@@ -112,7 +112,7 @@ class Consistency:
     def __init__(self, colour_s: float) -> None:
         self.noise, self.successive, self.stated, self.colour_s = 1.0, 1.0, 0.0, colour_s
         self.last: tuple[Array, float] | None = None
-        self.mean = np.zeros(3)
+        self.sum, self.sum_variance = np.zeros(3), 0.0
 
     def weight(self, t_s: float) -> float:
         """Factor on the stated variance of a sample at t_s."""
@@ -135,14 +135,15 @@ class Consistency:
             self.successive += (change2 - self.successive) / self.MEMORY
             if self.successive > self.AT_ONCE:
                 self.noise *= self.successive
-                self.mean = self.mean / np.sqrt(self.successive)
+                self.sum = self.sum / np.sqrt(self.successive)
                 self.successive = 1.0
             else:
                 self.noise = max(1.0, self.noise * float(np.exp(since_s / self.SLOW_S * (self.successive - 1))))
-        share = since_s / (self.WINDOW_S + since_s)
-        self.mean = self.mean + share * (y - self.mean)
+        kept = self.WINDOW_S / (self.WINDOW_S + since_s)
+        self.sum = kept * self.sum + y
+        self.sum_variance = kept**2 * self.sum_variance + 1
         if self.last is not None and self.colour_s > 0 and since_s < self.WINDOW_S:
-            bias = min(float(np.mean(self.mean**2)) * (2 - share) / share, self.MOST)
+            bias = min(float(np.mean(self.sum**2)) / self.sum_variance, self.MOST)
             longer = self.colour_s * float(np.exp(since_s / self.COLOUR_SLOW_S * (bias - 1)))
             self.colour_s = max(since_s, min(longer, self.WINDOW_S))
         self.last = r, t_s

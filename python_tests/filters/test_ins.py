@@ -306,6 +306,23 @@ def test_many_fixes_of_a_receiver_do_not_take_away_what_it_states(drive):
     assert np.linalg.norm(moved_m) < 0.5
 
 
+@pytest.mark.parametrize("apart_s", [0.0, 0.001, 0.01])
+def test_two_receivers_of_almost_one_time_are_as_good_as_one(apart_s):
+    """A mean of innovations by the interval before the newest one refuted every state: none of such filters was ever ready."""
+    drive = simulated("car", 5)
+    valid, _, sensor, value = drive.samples.aids.arrays()
+    noise = np.zeros_like(value)
+    noise[:, :3] = np.random.default_rng(0).standard_normal((len(value), 3)) * value[:, 3:6]
+    position = sensor == SENSORS.index("position")
+    noise[position, :2] /= 6.4e6
+    order = np.argsort(np.concatenate([valid, valid + apart_s]), kind="stable")
+    both = (np.concatenate(pair)[order] for pair in ((valid, valid + apart_s), (sensor, sensor), (value, value + noise)))
+    one, two = drive.run(drive.samples), drive.run(replace(drive.samples, aids=fixes(*both)))
+    rms = [np.sqrt(np.nanmean(errors(run, drive.truth)["heading"][run.t_s > 100] ** 2)) for run in (one, two)]
+    assert two.ready[two.t_s > 100, 1].mean() > 0.95
+    assert rms[1] < 1.5 * rms[0]
+
+
 def test_fixes_that_state_centimetres_are_believed_until_they_state_metres():
     samples, truth = vehicle("car", "industrial", 11, 60.0)
     t, axes = samples.t_s, earth.axes_at(earth.place_of(truth.position_e))

@@ -1,5 +1,7 @@
 """Navigation with hindsight: never worse than the filter, as good as it says, from the first sample on, to the filter's last row."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,15 +64,12 @@ def test_an_outage_of_half_a_minute_costs_little_in_its_middle():
 
 @pytest.mark.parametrize("kind, fault", [("car", "rate_bias"), ("car", "force_bias"), ("aircraft", "force_bias")])
 def test_a_step_of_the_sensors_leaves_the_smoother_no_worse_than_the_filter(kind, fault):
-    """A second pass over such a recording contradicts the samples, so the smoother keeps the first one."""
-    drive = faults.simulated(kind, 3_000_000)
-    spoilt, _, _ = drive.with_fault(fault)
-    filtered, smoothed = drive.run(spoilt), drive.run(spoilt, smooth=True)
-    known = filtered.phase == NAVIGATING
-    rms = [{what: np.sqrt(np.mean(size[known] ** 2)) for what, size in faults.errors(run, drive.truth).items()}
-           for run in (filtered, smoothed)]  # fmt: skip
-    assert rms[1]["position"] < 1.5 * rms[0]["position"] and rms[1]["tilt"] < rms[0]["tilt"]
-    assert rms[1]["heading"] < rms[0]["heading"]
+    """A second pass over such a recording contradicts the samples, so the smoother keeps the first one. Positions have slow errors of metres
+    in either, so the law holds for the mean of some recordings."""
+    rms = [faults.in_hindsight(faults.simulated(kind, 3_000_000 + k), fault)[0] for k in range(4)]
+    for what in ("position", "tilt", "heading"):
+        before, after = np.mean([np.square(one[what]) for one in rms], axis=0)
+        assert after < before, what
 
 
 def test_a_second_pass_over_false_steps_is_given_up():
@@ -105,6 +104,29 @@ def test_the_last_row_is_the_filters_and_nothing_of_the_filter_moves(drive):
     state = ins.save()
     ins.smooth(samples.t_s[:500], samples.rate_b_rad_s[:500], samples.force_b_m_s2[:500], samples.aids)
     assert ins.save() == state
+
+
+@pytest.mark.parametrize("stamps", ["in bursts", "one far ahead", "two rows swapped", "two receivers", "almost those of rows"])
+def test_stamps_are_those_of_a_filter_that_waits(drive, stamps):
+    """The last row is the filter's, whatever it makes of the stamps; for hindsight no sample is late."""
+    samples, _ = drive
+    t, (valid, _, sensor, value) = samples.t_s.copy(), samples.aids.arrays()
+    if stamps == "in bursts":
+        t = np.ceil(t / 0.05 - 1e-6) * 0.05
+    elif stamps == "one far ahead":
+        t[len(t) // 2] += 1e5
+    elif stamps == "two rows swapped":
+        t[500:502] = t[501:499:-1]
+    elif stamps == "two receivers":
+        value = value + 1e-7 * np.arange(2)[:, None, None]
+        valid, sensor, value = np.repeat(valid, 2), np.repeat(sensor, 2), value.transpose(1, 0, 2).reshape(-1, value.shape[-1])
+    else:
+        valid = valid * (1 + 2 * np.finfo(float).eps)
+    filtered, smoothed = both(replace(samples, t_s=t, aids=fixes(valid, sensor, value)), horizon_s=0.1)
+    assert filtered.phase[-1] == NAVIGATING
+    for name, last in arrays_of(filtered).items():
+        if name != "t_s":
+            np.testing.assert_array_equal(last[-1], getattr(smoothed, name)[-1], err_msg=name)
 
 
 def test_rows_from_before_the_heading_was_found_navigate_from_the_first_sample_on():
@@ -176,6 +198,6 @@ def test_where_no_heading_is_found_the_rows_are_those_of_the_filter():
 def test_what_cannot_be_smoothed_is_said_with_its_row():
     ins = hnav.Ins("industrial")
     with pytest.raises(hnav.HnavRuntimeError, match="row 2: t_s = 0.01 s is before that of the row before it"):
-        ins.smooth([0, 0.02, 0.01], np.zeros((3, 3)), np.ones((3, 3)))
+        ins.smooth([0, 0.02, 0.01], np.array([[0.0] * 3, [0.0] * 3, [np.nan] * 3]), np.ones((3, 3)))
     with pytest.raises(hnav.HnavValueError, match="every = 0"):
         ins.smooth([0], np.zeros((1, 3)), np.ones((1, 3)), every=0)

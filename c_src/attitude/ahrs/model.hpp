@@ -71,6 +71,7 @@ public:
     static void note_turning(State& s) { Eigen::Map<Vector3R>(s.turning) = rate(s) + Vector3R(s.coning); }
     // Reverses time; the next sample is at t_s. Rates change sign, and with them bias, latency and velocity.
     static constexpr bool turns_back = true;
+    static constexpr std::uint64_t bursts = fifo_channels;
     void turn_back(State& s, double t_s) const;
 
     // flow.cpp

@@ -4,6 +4,8 @@
 #include "hnav/filter.h"
 #include "hybrid/event.hpp"
 
+#include <cstdint>
+
 namespace hnav {
 
 // In the order in which samples of equal time are used. From the heading on they are aids, which measure a part of the estimate
@@ -20,6 +22,9 @@ enum Channel : int {
 // Values of a sample: rate, force or field in body axes; or those of an aid, and its sigma.
 using AttitudeEvent = FixedEvent<channel_count, 3>;
 using AttitudeSample = AttitudeEvent::Sample;
+
+// Channels whose samples of one stamp come from a FIFO; two aids of one time come from two sensors.
+constexpr std::uint64_t fifo_channels = 1u << gyro | 1u << accel | 1u << mag;
 
 inline bool has_aid(const AttitudeEvent& event) { return event.present >> heading != 0; }
 

@@ -75,6 +75,7 @@ public:
 
     // The noise of a turn cannot be undone for another rate: no hold after the fact.
     static constexpr bool turns_back = false;
+    static constexpr std::uint64_t bursts = fifo_channels;
     static constexpr bool reholds = false;
     // Factor on the usual change of the rate: a gap may fall into the fastest part of a turn.
     static constexpr R gap_turn_factor = R(2.5);

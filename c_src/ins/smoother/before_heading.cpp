@@ -1,6 +1,8 @@
 // Filters the part before the heading was found a second time, linearised about the smoothed state.
 #include "ins/smoother/passes.hpp"
 
+#include <algorithm>
+
 namespace hnav::ins {
 
 // Smooths the part before the heading was known well enough to linearise about it. Returns false if it could not be filtered again.
@@ -10,14 +12,14 @@ bool Smoother::go_back_before(const Node& found, const Hindsight& hindsight, std
     if (!find_begin(found.state, piece, &place, &begin)) return false;
     add_error(hindsight.error, later);
     const Target target{later, hindsight.P};
-    carry_back(later, found.row, begin.last_event_s);
-    const double known_s = place_at_first_fix(later, place.aid) - begin.last_event_s;
+    carry_back(later, found.sample, begin.last_event_s);
+    const double known_s = place_at_first_fix(later, place.sample) - begin.last_event_s;
     Options options = model_.options();
     options.start = HNAV_INS_START_STATE;
     Way way{Model(options), before_, 0, found.state.last_event_s, true, {}};
     // Its wide start is linearised about an estimate that has used the same samples: the first innovations are no evidence of steps.
     way.model.expect_no_steps();
-    for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.aid, 5);
+    for (const int channel : {velocity, position}) way.settled_s[channel] = time_of_fix(channel, place.sample, 5);
     State end = way.model.once_more(begin, later, known_s);
     if (!go_forward(way, place, end, false)) return false;
     // Both passes have used the same samples. Far from its linearisation the second finds another heading: a walker's was 70 deg off, at a
@@ -37,9 +39,8 @@ bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, S
     *place = main_[piece].place;
     *s = main_[piece].state;
     Event event;
-    while (place->row < recording_.rows()) {
-        const std::size_t row = place->row;
-        while (next_event(recording_, *place, row, &event)) {
+    for (; place->row < recording_.rows(); ++place->row) {
+        while (next_event(recording_, *place, &event)) {
             step_over(model_, *s, event);
             if (within(*s)) return s->phase != Phase::navigating;
         }
@@ -47,15 +48,16 @@ bool Smoother::find_begin(const State& found, std::size_t piece, Place* place, S
     return false;
 }
 
-// After a long backward integration velocity and place are inaccurate; they are replaced by those of the first fixes from an aid on.
+// After a long backward integration velocity and place are inaccurate; they are replaced by those of the first fixes from a sample on.
 // Returns the time of the place.
-double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
+double Smoother::place_at_first_fix(State& s, std::size_t sample) const {
     double at_s = s.last_event_s;
     bool has_place = model_.has_given_place(s), has_velocity = false;
     if (has_place) vec(s.x).setZero();
     vec(s.x + 3).setZero();
-    for (; aid < recording_.aids() && recording_.aid(aid).t_s <= s.last_event_s && !(has_place && has_velocity); ++aid) {
-        const Sample& fix = recording_.aid(aid);
+    for (; sample < recording_.samples() && recording_.sample_s(sample) <= s.last_event_s && !(has_place && has_velocity);
+         ++sample) {
+        const Sample fix = recording_.sample(sample);
         const earth::Place place{fix.value[0], fix.value[1], fix.value[2]};
         if (fix.channel == position && !has_place) {
             vec(s.x) = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
@@ -70,23 +72,27 @@ double Smoother::place_at_first_fix(State& s, std::size_t aid) const {
     return at_s;
 }
 
-// Time of the count-th fix of a channel from an aid on.
-double Smoother::time_of_fix(int channel, std::size_t aid, int count) const {
-    for (; aid < recording_.aids(); ++aid)
-        if (recording_.aid(aid).channel == channel && --count == 0) return recording_.aid(aid).t_s;
+// Time of the count-th fix of a channel from a sample on.
+double Smoother::time_of_fix(int channel, std::size_t sample, int count) const {
+    for (; sample < recording_.samples(); ++sample)
+        if (recording_.channel(sample) == channel && --count == 0) return recording_.sample_s(sample);
     return -std::numeric_limits<double>::infinity();
 }
 
-// Integrates rate and force backwards, from a correction in this row to an earlier time.
-void Smoother::carry_back(State& s, std::size_t row, double to_s) {
+// Integrates rate and force backwards, from a correction before this sample to an earlier time.
+void Smoother::carry_back(State& s, std::size_t next_sample, double to_s) {
     const Hold hold = hold_of(model_.options());
     Vector3 later_rate = vec(s.held.read_rate[0]), later_force = vec(s.held.read_force[0]);
     double now_s = s.last_event_s;
     vec(s.held.coning).setZero();
     vec(s.held.sculling).setZero();
-    Sample sample;
-    for (std::size_t i = row + 1; i-- > 0 && now_s > to_s;) {
-        if (!recording_.imu_sample(i, &sample)) continue;
+    // The first IMU sample that is not earlier: it may act on the time before it.
+    std::size_t i = next_sample;
+    while (i > 0 && recording_.sample_s(i - 1) >= now_s) --i;
+    while (i < recording_.samples() && recording_.channel(i) != imu) ++i;
+    for (i = std::min(i + 1, recording_.samples()); i-- > 0 && now_s > to_s;) {
+        if (recording_.channel(i) != imu) continue;
+        const Sample sample = recording_.sample(i);
         const double until_s = std::fmax(to_s, std::fmin(now_s, sample.t_s));
         const auto take = [&] {
             vec(s.held.rate) = mean_between<double>(hold, later_rate, vec(sample.value));

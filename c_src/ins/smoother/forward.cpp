@@ -24,14 +24,13 @@ bool Smoother::go_forward(Way& way, const Place& from, State& s, bool writes) {
     const double begin_s = s.last_event_s;
     std::size_t since = 0;
     way.count = 0;
-    for (Place p = from; p.row < recording_.rows();) {
-        const std::size_t row = p.row;
-        if (way.count == 0 || row - since >= piece_rows || s.corrections - corrections >= piece_corrections) {
+    for (Place p = from; p.row < recording_.rows(); ++p.row) {
+        if (way.count == 0 || p.row - since >= piece_rows || s.corrections - corrections >= piece_corrections) {
             way.checkpoints[way.count++] = {p, s};
-            since = row;
+            since = p.row;
             corrections = s.corrections;
         }
-        while (next_event(recording_, p, row, &event)) {
+        while (next_event(recording_, p, &event)) {
             prepare(way, event, s);
             step_over(way.model, s, event);
             if (way.again && (s.phase != Phase::navigating || s.times_lost != lost || s.inconsistent_s >= begin_s)) return false;
@@ -39,14 +38,14 @@ bool Smoother::go_forward(Way& way, const Place& from, State& s, bool writes) {
         }
         if (!writes) continue;
         State shown = s;
-        const double ahead_s = look_ahead(way.model, recording_.t_s(row), shown);
-        flags_[row] = recording_.write(row, shown, ahead_s);
+        const double ahead_s = look_ahead(way.model, recording_.t_s(p.row), shown);
+        flags_[p.row] = recording_.write(p.row, shown, ahead_s);
     }
     return !way.again;
 }
 
 // Processes an event. Returns true if there was a correction while navigating, which the next node then holds.
-bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t row, std::size_t nodes) {
+bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t next_sample, std::size_t nodes) {
     Node& node = nodes_[nodes];
     Model model = way.model;
     const bool navigated = s.phase == Phase::navigating;
@@ -56,18 +55,16 @@ bool Smoother::step_to_node(const Way& way, State& s, Event& event, std::size_t 
     step_over(model, s, event);
     if (s.phase != Phase::navigating || (navigated && s.corrections == corrections)) return false;
     node.state = s;
-    node.row = row;
+    node.sample = next_sample;
     node.linked = navigated && s.times_lost == lost;
     return true;
 }
 
-// A second pass begins with the sensor errors only, at the row of its first event.
-std::size_t Smoother::begin_once_more(const Way& way, const Checkpoint& begin) {
+// A second pass begins with the sensor errors only, at its first event.
+std::size_t Smoother::begin_once_more(const Checkpoint& begin) {
     nodes_[0].state = begin.state;
     nodes_[0].linked = false;
-    nodes_[0].row = begin.place.row;
-    if (begin.place.row > 0 && recording_.t_s(begin.place.row - 1) == begin.state.last_event_s)
-        note_row(way.model, begin.state, begin.place.row - 1, 1);
+    nodes_[0].sample = begin.place.sample;
     return 1;
 }
 
@@ -78,18 +75,17 @@ std::size_t Smoother::go_through(const Way& way, std::size_t piece) {
     const std::size_t end_row = piece + 1 < way.count ? way.checkpoints[piece + 1].place.row : recording_.rows();
     State s = begin.state;
     rows_of_piece_ = 0;
-    std::size_t nodes = way.again && piece == 0 ? begin_once_more(way, begin) : 0;
+    std::size_t nodes = way.again && piece == 0 ? begin_once_more(begin) : 0;
     Event event;
-    for (Place p = begin.place; p.row < recording_.rows() && rows_of_piece_ < 2 * piece_rows;) {
-        const std::size_t row = p.row;
-        while (next_event(recording_, p, row, &event)) {
-            const bool corrected = step_to_node(way, s, event, row, nodes);
-            if (row >= end_row && (corrected || s.phase != Phase::navigating)) return nodes;
+    for (Place p = begin.place; p.row < recording_.rows() && rows_of_piece_ < 2 * piece_rows; ++p.row) {
+        while (next_event(recording_, p, &event)) {
+            const bool corrected = step_to_node(way, s, event, p.sample, nodes);
+            if (p.row >= end_row && (corrected || s.phase != Phase::navigating)) return nodes;
             if (!corrected) continue;
             ++nodes;
             if (event.t_s >= way.until_s) return nodes;
         }
-        note_row(way.model, s, row, s.phase == Phase::navigating ? nodes : 0);
+        note_row(way.model, s, p.row, s.phase == Phase::navigating ? nodes : 0);
     }
     return nodes;
 }

@@ -15,14 +15,13 @@ namespace hnav::ins {
 
 constexpr std::size_t piece_rows = 1024, piece_corrections = 256; // upper limits of a piece
 
-// The next row and the next aid of a pass.
+// The next row and the next sample of a pass.
 struct Place {
-    std::size_t row, aid;
+    std::size_t row, sample;
 };
 
-// The next event up to the time of the row. The row's own IMU sample belongs to the first event of its time. Returns false if there is
-// none.
-bool next_event(Recording& recording, Place& p, std::size_t row, Event* event);
+// The next event up to the time of the row; p.sample moves on. Returns false if there is none.
+bool next_event(const Recording& recording, Place& p, Event* event);
 // As in Filter: an event that leads to an unsound state is ignored.
 void step_over(const Model& model, State& s, const Event& event);
 // Propagates a state to a time after its last event. Returns the interval in s.
@@ -48,7 +47,7 @@ private:
     struct Node {
         State state;
         Step step;
-        std::size_t row; // in which it was made
+        std::size_t sample; // the first one after it
         bool linked; // the estimate continues from the node before it
     };
     struct RowOfPiece {
@@ -75,8 +74,8 @@ private:
 
     // forward.cpp
     static void prepare(const Way& way, Event& event, State& s);
-    bool step_to_node(const Way& way, State& s, Event& event, std::size_t row, std::size_t nodes);
-    std::size_t begin_once_more(const Way& way, const Checkpoint& begin);
+    bool step_to_node(const Way& way, State& s, Event& event, std::size_t next_sample, std::size_t nodes);
+    std::size_t begin_once_more(const Checkpoint& begin);
     bool go_forward(Way& way, const Place& from, State& s, bool writes);
     std::size_t go_through(const Way& way, std::size_t piece);
     void note_row(const Model& model, const State& s, std::size_t row, std::size_t nodes);
@@ -90,9 +89,9 @@ private:
     // before_heading.cpp
     bool go_back_before(const Node& found, const Hindsight& hindsight, std::size_t piece);
     bool find_begin(const State& found, std::size_t piece, Place* place, State* s);
-    void carry_back(State& s, std::size_t row, double to_s);
-    double place_at_first_fix(State& s, std::size_t aid) const;
-    double time_of_fix(int channel, std::size_t aid, int count) const;
+    void carry_back(State& s, std::size_t next_sample, double to_s);
+    double place_at_first_fix(State& s, std::size_t sample) const;
+    double time_of_fix(int channel, std::size_t sample, int count) const;
 
     Model model_;
     Recording& recording_;

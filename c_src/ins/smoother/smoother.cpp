@@ -1,9 +1,11 @@
 #include "ins/smoother/smoother.hpp"
 
+#include "base/instant.hpp"
 #include "base/memory.hpp"
 #include "ins/smoother/passes.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace hnav::ins {
 
@@ -14,14 +16,15 @@ Smoother::~Smoother() {
 }
 
 bool Smoother::take_memory() {
-    const std::size_t n = recording_.rows(), m = recording_.aids();
-    std::size_t most = 1, aid = 0; // events of a row
+    const std::size_t n = recording_.rows(), m = recording_.samples();
+    std::size_t most = 1, sample = 0; // events of a row
     for (std::size_t i = 0; i < n; ++i) {
-        const std::size_t first = aid;
-        while (aid < m && recording_.aid(aid).t_s <= recording_.t_s(i)) ++aid;
-        most = std::max(most, aid - first + 1);
+        const std::size_t first = sample;
+        const double through_s = recording_.t_s(i) + sample_instant_s(recording_.t_s(i));
+        while (sample < m && recording_.sample_s(sample) <= through_s) ++sample;
+        most = std::max(most, sample - first);
     }
-    const std::size_t checkpoints = n / piece_rows + (n + m) / piece_corrections + 2;
+    const std::size_t checkpoints = n / piece_rows + m / piece_corrections + 2;
     main_ = static_cast<Checkpoint*>(take_block(checkpoints * sizeof(Checkpoint)));
     before_ = static_cast<Checkpoint*>(take_block(checkpoints * sizeof(Checkpoint)));
     nodes_ = static_cast<Node*>(take_block((piece_corrections + most + 2) * sizeof(Node)));
@@ -38,19 +41,17 @@ void Smoother::run() {
     go_back(way, nullptr);
 }
 
-bool next_event(Recording& recording, Place& p, std::size_t row, Event* event) {
-    const double row_s = recording.t_s(row);
-    const bool has_aid = p.aid < recording.aids() && recording.aid(p.aid).t_s <= row_s;
+bool next_event(const Recording& recording, Place& p, Event* event) {
+    const double row_s = recording.t_s(p.row);
     *event = {};
-    event->t_s = has_aid ? recording.aid(p.aid).t_s : row_s;
-    Sample sample;
-    if (p.row == row && event->t_s == row_s) {
-        ++p.row;
-        if (recording.imu_sample(row, &sample)) event->add(sample);
+    if (p.sample == recording.samples() || recording.sample_s(p.sample) > row_s + sample_instant_s(row_s)) return false;
+    event->t_s = recording.sample_s(p.sample);
+    for (; p.sample < recording.samples() && recording.sample_s(p.sample) == event->t_s; ++p.sample) {
+        if (event->has(recording.channel(p.sample))) break;
+        event->add(recording.sample(p.sample));
+        if (recording.begins_time_base(p.sample)) event->present |= new_time_base;
     }
-    while (p.aid < recording.aids() && recording.aid(p.aid).t_s == event->t_s && !event->has(recording.aid(p.aid).channel))
-        event->add(recording.aid(p.aid++));
-    return event->present != 0;
+    return true;
 }
 
 void step_over(const Model& model, State& s, const Event& event) {

@@ -25,10 +25,13 @@ struct SmoothedRow {
 class Recording {
 public:
     virtual std::size_t rows() const = 0;
-    virtual double t_s(std::size_t row) const = 0;
-    virtual bool imu_sample(std::size_t row, Sample* sample) = 0; // false: the row has none
-    virtual std::size_t aids() const = 0;
-    virtual const Sample& aid(std::size_t i) const = 0; // in the order of their times
+    virtual double t_s(std::size_t row) const = 0; // not decreasing
+    // In the order of their events: those of one instant have the same time, first the first samples of all channels, then the second ones.
+    virtual std::size_t samples() const = 0;
+    virtual double sample_s(std::size_t i) const = 0;
+    virtual int channel(std::size_t i) const = 0;
+    virtual bool begins_time_base(std::size_t i) const = 0;
+    virtual Sample sample(std::size_t i) const = 0;
     // Writes a row of the filter, with the state propagated by ahead_s beyond the last event. Returns the ready flags: bit 0 tilt, then
     // heading, velocity, position.
     virtual unsigned char write(std::size_t row, const State& shown, double ahead_s) = 0;
