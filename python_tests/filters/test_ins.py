@@ -276,6 +276,29 @@ def test_health_names_a_wild_sample_a_stamp_ahead_and_what_is_missing():
     assert (health.stamps_left_out, health.clock_jumps, health.times_lost) == (1, 0, 0)
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_slow_robot_with_positions_alone_drives_and_stands(seed):
+    """At .45 m/s, half a minute long, then it stands. Its IMU cannot distinguish the two, and the rests that it assumed held its velocity at 0."""
+    rng, t = np.random.default_rng(seed), np.arange(0, 240, 0.01)
+    phase = t % 60
+    gain = 0.3 * ((phase > 20) & (phase < 21.5)) - 0.3 * ((phase > 50) & (phase < 51.5))
+    speed = 0.01 * np.cumsum(gain)
+    force = np.stack([gain, 0 * t, 0 * t - 9.81], 1) + 0.01 * rng.standard_normal((len(t), 3))
+    rows = slice(None, None, 100)
+    n = len(t[rows])
+    north, east, up = 0.5 * rng.standard_normal((3, n))
+    north = (north + 0.01 * np.cumsum(speed)[rows]) / 6.37e6
+    aids = hnav.Aids().position(t[rows], 0.8 + north, 0.2 + east / 6.37e6 / np.cos(0.8), 100 + up, 0.5)
+    aids.heading(t[rows], 0.01 * rng.standard_normal(n), 0.01)
+    run = hnav.Ins("industrial", **FAST).run(t, 2e-4 * rng.standard_normal((len(t), 3)), force, aids)
+    drives, stands = (t > 60) & (phase > 25) & (phase < 50), (t > 60) & (phase > 57)
+    error = run.velocity_n_m_s[:, 0] - speed
+    assert run.at_rest[drives].mean() < 0.05 and run.at_rest[stands].mean() > 0.9
+    for rows in (drives, stands):
+        assert np.mean((error[rows] / run.sigma_velocity_m_s[rows, 0]) ** 2) < 2
+        assert np.sqrt(np.mean(error[rows] ** 2)) < 0.15
+
+
 def test_a_car_whose_sensor_is_ahead_of_its_wheels_has_an_honest_heading():
     """2 m ahead, which no option states. As white noise of each correction the unknown place gave a z2 of 9."""
     z2 = []
