@@ -151,7 +151,7 @@ typedef struct hnav_ins_options {
      * (0, 1e7] m, default 30. The error of a receiver that has just started; a wider prior costs a few fixes. */
     double start_sigma_position_m;
     /* Standard deviation of the GNSS latency relative to the time stamps.
-     * [0, 10] s, default 0.12. Fixes that are stamped when they arrive are 0.05 s to 0.5 s late. */
+     * [0, 10] s, default 0.2. Fixes that are stamped when they arrive are 0.05 s to 0.5 s late. */
     double start_sigma_latency_s;
     /* Standard deviation of the scale error of the wheel speed.
      * [0, 1], default 0.05. Worn tyres. */
