@@ -11,12 +11,20 @@ namespace hnav::observer {
 namespace {
 
 constexpr double nis_window = 50; // samples
-// 99.9 % of the means of 50 squared unit normals are between these.
-constexpr double min_mean_nis = 0.47, max_mean_nis = 1.79;
+constexpr double min_mean_nis = 0.47; // 99.9 % of the means of 50 squared unit normals are above it
 constexpr int samples_to_ready = 20, violations_to_fall = 3;
 constexpr double sure_part = 0.99;
 constexpr double samples_to_check = 8; // the usual change is then estimated
 constexpr double stale_runs = 4; // usual runs of equal samples; further repetitions of a sensor with noise have one common error
+
+// Whether the squared normalised innovations of a sensor have the mean of a chi-square: 99.9 % of the means of so many are below the upper limit
+// (Wilson and Hilferty 1931).
+bool is_consistent(double mean, double samples) {
+    constexpr double quantile = 3.29;
+    if (!(samples > 0)) return true;
+    const double variance = 2 / (9 * std::fmin(samples, nis_window)), root = 1 - variance + quantile * std::sqrt(variance);
+    return mean < root * root * root && (mean > min_mean_nis || samples < nis_window);
+}
 
 } // namespace
 
@@ -367,10 +375,13 @@ void Model::judge(State& s, const double* before) const {
     double* v = s.x();
     const bool earned = gather_information(s, before);
     bool ready = earned && v[at.holds] == 0 && parts(s).largest > sure_part && is_below_limits(s);
+    double all = 0;
     for (int i = 0; i < p.sensors; ++i) {
-        const double mean = v[at.of_sensor(i, Layout::mean_nis)], samples = v[at.of_sensor(i, Layout::samples)];
-        if (samples > 0) ready = ready && samples >= samples_to_ready && mean > min_mean_nis && mean < max_mean_nis;
+        const double samples = v[at.of_sensor(i, Layout::samples)];
+        all += samples;
+        ready = ready && is_consistent(v[at.of_sensor(i, Layout::mean_nis)], samples);
     }
+    ready = ready && all >= samples_to_ready;
     v[at.violations] = ready ? 0 : v[at.violations] + 1;
     v[at.ready] = ready || (v[at.ready] != 0 && v[at.violations] < violations_to_fall);
 }

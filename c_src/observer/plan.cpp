@@ -18,6 +18,21 @@ constexpr int max_line = max_path + max_text;
 enum Kind { states, inputs, unknowns, parameters, sensors, values, kinds };
 constexpr const char* key_of[kinds] = {"state", "input", "unknown", "parameter", "sensor", "set"};
 
+// The same number without its decimal point, for which strtod expects that of the process's locale: 1.25e-3 is 125e-5. Text that is no number
+// with a point stays.
+const char* without_point(const char* text, char* copy, std::size_t size) {
+    const char* point = std::strchr(text, '.');
+    if (!point) return text;
+    const std::size_t decimals = std::strspn(point + 1, "0123456789");
+    const char* tail = point + 1 + decimals;
+    char* end = nullptr;
+    const long exponent = *tail == 'e' || *tail == 'E' ? std::strtol(tail + 1, &end, 10) : 0;
+    if (*(end ? end : tail)) return text;
+    const int length = std::snprintf(copy, size, "%.*s%.*se%ld", static_cast<int>(point - text), text, static_cast<int>(decimals),
+                                     point + 1, exponent - static_cast<long>(decimals));
+    return length < static_cast<int>(size) ? copy : text;
+}
+
 bool is(const char* key, const char* name) { return std::strcmp(key, name) == 0; }
 
 // The words of one line, taken one after the other.
@@ -38,7 +53,8 @@ public:
     const char* rest() { return next_ + std::strspn(next_, " \t"); }
 
     double number() {
-        const char* text = word();
+        char copy[64];
+        const char* text = without_point(word(), copy, sizeof copy);
         char* end = nullptr;
         const double value = std::strtod(text, &end);
         if (end == text || *end) whole_ = false;

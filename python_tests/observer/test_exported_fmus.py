@@ -1,6 +1,8 @@
 """Exported observers: bit-equal estimates, failing plants, and refused exports."""
 
 import ctypes as C
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
@@ -282,6 +284,17 @@ with Fmu({str(tmp_path / "o.fmu")!r}) as fmu:
     print(fmu.get("count.x.used"), fmu.messages)
 """
     assert in_another_process(code) == "10 []\n"
+
+
+def test_numbers_of_the_archive_are_read_in_every_locale(exported):
+    """A process that has called setlocale, as programs with windows do, expects a decimal comma in many countries."""
+    with zipfile.ZipFile(exported[2]) as archive:
+        lines = archive.read("resources/variables.txt").decode().splitlines()[2:-1]
+    assert not any("." in number for line in lines for number in line.split()[2:5])
+    german = "import locale; locale.setlocale(locale.LC_ALL, 'de_DE.UTF-8')"
+    if subprocess.run([sys.executable, "-c", german], capture_output=True).returncode:
+        pytest.skip("this machine has no locale with a decimal comma")
+    in_another_process(f"{german}; import fmpy; fmpy.simulate_fmu({str(exported[2])!r}, stop_time=0.1)")
 
 
 @pytest.mark.parametrize(

@@ -60,6 +60,22 @@ def test_a_sensor_without_an_answer_costs_its_samples_and_the_estimate_is_not_re
     assert run.ready[-1] and abs(run.x["v"][-1] + 2 * math.sin(2 * t[-1])) < 0.02
 
 
+@pytest.mark.parametrize("count", [1, 10, 20])
+def test_a_few_good_samples_of_a_second_sensor_leave_the_estimate_ready(count):
+    """A sensor with fewer than 20 samples was an inconsistency for the rest of the run."""
+    rng, t = np.random.default_rng(0), np.arange(0, 40, 0.05)
+    plant = Plant(
+        states={"x": 1.0, "v": 0.0}, sensors=["x", "v"], derivatives=lambda t, x, u, p: [x[1], -4 * x[0]], outputs=lambda t, x, u, p: [x[0], x[1]]
+    )  # fmt: skip
+    known = Plan(plant).sensor("x", noise=0.1).sensor("v", noise=0.1)
+    known = known.state("x", start_sigma=0.1, noise=1e-3).state("v", start_sigma=0.1, noise=1e-3)
+    seldom = np.full(len(t), math.nan)
+    at = np.linspace(300, 700, count).astype(int)
+    seldom[at] = -2 * np.sin(2 * t[at]) + 0.1 * rng.normal(size=count)
+    run = Observer(known).run(t, {"x": np.cos(2 * t) + 0.1 * rng.normal(size=len(t)), "v": seldom})
+    assert run.ready[280] and run.ready[320:].all()
+
+
 def test_a_correction_ends_where_the_plant_answers():
     """x' = -ln x: a sample far below moves the estimate below 0, where the plant has no value."""
     plant = Plant(

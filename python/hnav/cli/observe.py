@@ -248,9 +248,9 @@ def unrelated(run: ObserverRun) -> list[str]:
     """A line for each sensor whose expected value has no uncertainty but the sensor's noise."""
     lines = []
     for name, nis in run.nis.items():
-        used, noise = np.isfinite(nis), run.plan.sensors[name].noise
-        of_noise = (run.innovation[name][used] / noise) ** 2
-        if used.any() and np.allclose(nis[used], of_noise, rtol=1e-9):
+        of_noise = (run.innovation[name] / run.plan.sensors[name].noise) ** 2
+        used = np.isfinite(nis) & (of_noise > 0)  # an innovation of 0 shows nothing
+        if used.any() and np.allclose(nis[used], of_noise[used], rtol=1e-9, atol=0):
             lines.append(f"{name} depends on nothing that is estimated: its samples change no estimate; see its equation")
     return lines
 

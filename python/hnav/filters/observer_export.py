@@ -7,10 +7,12 @@ from one table.
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -369,8 +371,17 @@ def _variables(observer: Observer, rows: list[Row]) -> str:
     plan, nx = observer.plan, sum(row.is_state for row in rows)
     sizes = [len(of) for of in (plan.states, plan.unknown_inputs, plan.parameters, plan.inputs, plan.sensors)]
     lines = ["hnav_observer_variables 2", f"sizes {' '.join(map(str, [*sizes, nx]))}"]
-    lines += [f"{row.role} {row.index} {float(row.start)!r} {row.min!r} {row.max!r} {row.name}" for row in rows]
+    numbers = [" ".join(map(_in_any_locale, (row.start, row.min, row.max))) for row in rows]
+    lines += [f"{row.role} {row.index} {of_row} {row.name}" for row, of_row in zip(rows, numbers)]
     return "\n".join([*lines, "end", ""])
+
+
+def _in_any_locale(value: float) -> str:
+    """The number without a decimal point: strtod of a process expects that of its locale."""
+    if not math.isfinite(value):
+        return repr(float(value))
+    sign, digits, exponent = Decimal(repr(float(value))).as_tuple()
+    return f"{'-' * sign}{''.join(map(str, digits))}e{exponent}"
 
 
 def _about(observer: Observer) -> list[str]:
