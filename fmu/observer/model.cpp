@@ -92,7 +92,7 @@ public:
                 continue;
             const double value = at(values, c, input_value, sensor_value);
             if (!is_input(c) && !memory_.sampled.is_new(c, &value, 1)) continue;
-            pushed(push(c, sample.t_s, value));
+            pushed(push(c, sample.t_s, is_input(c) ? value : value + at_.value(values, sensor_offset, sensor(c), 0)));
             taken = true;
         }
         return taken;

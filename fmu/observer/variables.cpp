@@ -37,6 +37,7 @@ constexpr Kind kinds[] = {
     {"noise", Type::real, Causality::parameter, -1, Index::estimated},
     {"sensor_sigma", Type::real, Causality::parameter, -1, Index::sensors},
     {"gate_nis", Type::real, Causality::parameter, -1, Index::sensors},
+    {"sensor_offset", Type::real, Causality::parameter, -1, Index::sensors},
     {"option", Type::real, Causality::parameter, -1, Index::options}, // its type is the option's
     {"post_t", Type::real, Causality::output, posterior_group, Index::one},
     {"post", Type::real, Causality::output, posterior_group, Index::estimated},

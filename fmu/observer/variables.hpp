@@ -30,6 +30,7 @@ enum Role {
     noise,
     sensor_sigma,
     gate_nis,
+    sensor_offset, // an archive may lack it
     option,
     post_t,
     post,

@@ -116,6 +116,28 @@ def test_it_is_the_observer_bit_for_bit_on_every_grid(exported, little_fmu, vers
 
 
 @versions
+def test_an_offset_of_a_sensor_is_a_parameter(little_fmu, tmp_path, version):
+    """It was lost, and the estimate was off by it."""
+    plan = whole_plan(little_fmu).sensor("x", noise=0.02, offset=0.25)
+    plan.export(tmp_path / "offset.fmu", version, period_s=STEP_S)
+    observer = Observer(plan)
+    end = T_S[39] + STEP_S
+    expected = observer.run(
+        np.append(T_S[:40], end), {"x": np.append(samples()[:40], np.nan)}, {"u": np.append(np.sin(T_S[:40]), np.nan)}
+    )
+    with Fmu(tmp_path / "offset.fmu") as fmu:
+        assert fmu.get("x.offset") == 0.25
+        fmu.set("sampling_mode", "counter")
+        fmu.initialise()
+        for k in range(40):
+            deliver(fmu, k)
+            fmu.set("u.value", float(np.sin(T_S[k])))
+            fmu.set("u.sample", k + 1)
+            fmu.do_step(T_S[k], STEP_S)
+        assert estimates(fmu) == pytest.approx([expected.x[name][-1] for name in ("x", "v", "d", "k")], abs=1e-9)
+
+
+@versions
 def test_an_integrator_of_the_importer_finds_the_same(exported, version):
     with Fmu(exported[version]) as steps, Fmu(exported[version], model_exchange=True) as exchange:
         for fmu in (steps, exchange):

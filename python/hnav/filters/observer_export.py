@@ -233,6 +233,8 @@ def _parameters(observer: Observer, period_s: float) -> Iterator[Row]:
         yield _parameter("sensor_sigma", k, f"{name}.noise", text, noise, unit, is_difference=True)
         text = "NIS beyond which a sample is used with more noise, once ready; 0: never"
         yield _parameter("gate_nis", k, f"{name}.gate_nis", text, sensor.gate_nis)
+        offset, text = sensor.factor * sensor.own_offset, "Added to a sample"
+        yield _parameter("sensor_offset", k, f"{name}.offset", text, offset, unit, min=-_INF, is_difference=True)
     yield from _options(observer)
 
 
