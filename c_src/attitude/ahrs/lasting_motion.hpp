@@ -19,6 +19,9 @@ template <class R>
 struct LastingMotion {
     static constexpr int scales = 3;
     static constexpr R scale_s[scales] = {2, 5, R(12.5)};
+    // Chosen: a departure counts as rest for up to a second. With its acceleration as the force at rest, a lift that starts with .6 m/s^2 had no ready
+    // tilt until the next rest.
+    static constexpr R rest_force_s = 5;
     static constexpr R down_s = 2, down_memory_s = 30; // of the vertical velocity, and of its means
     static constexpr R by_chance2 = 4; // squares beyond two sigmas show that an accelerometer is worse than stated
 
@@ -30,7 +33,7 @@ struct LastingMotion {
     R down, down2; // vertical velocity, decaying over down_s, and its running mean square
     R down_mean, down_noted_s; // its mean over at most down_memory_s, and the time that this covers
     R mean_force[3], mean_share; // exponentially weighted sum of the force over some seconds, and of the weights
-    R rest_force; // length of the mean force at the last rest, m/s^2; 0: no rest since this began
+    R rest_force; // length of the mean force at rest, the last seconds of it, m/s^2; 0: no rest since this began
     R force[3], force_s; // integrated in navigation axes while it contradicts the horizon, and the time
     R lost_turn2; // variance of the rotation that faulty rates missed in that time, rad^2
 
@@ -82,7 +85,7 @@ struct LastingMotion {
     // Rest ends all lasting velocities. force: present length of the force, which is gravity plus accelerometer bias.
     void settle(R force, R T) {
         constexpr R settled_s = R(0.5);
-        rest_force = force;
+        rest_force += (rest_force > 0 ? T / (rest_force_s + T) : R(1)) * (force - rest_force);
         counted2 = 0;
         for (R& p : power) p *= std::exp(-T / settled_s);
     }
