@@ -84,6 +84,14 @@ def test_what_a_function_raises_is_raised_again():
         (lambda: Observer(pendulum(lambda t, x, u, p: (np.nan, 0))), r"derivatives\[0\] of the plant is nan at the start"),
         (lambda: pendulum(inputs={"rate": 0.0}), "rate is the name of two things"),
         (lambda: pendulum(parameters=["g"]), r"parameters = \[.g.\]: write names and starts"),
+        (
+            lambda: hnav.Plant(np.array, np.array, states={"angle": 0.0}, sensors="angle"),
+            "sensors = 'angle': write a list of names",
+        ),
+        (
+            lambda: hnav.Plant(np.array, np.array, states={"angle": 0.0}, sensors=["angle", "angle"]),
+            "write a list of names, each of them once",
+        ),
         (lambda: pendulum().sensor("speed", noise=1), "the plant has no sensor 'speed'; it has angle"),
         (lambda: pendulum().parameter("g", start_sigma=1), "the plant has no parameter 'g'; it has none"),
         (lambda: pendulum().input("torque"), "the plant has no input 'torque'"),

@@ -24,6 +24,14 @@ _FUNCTION = "int(void *, double, const double *, const double *, const double *,
 _AT_POINTS = "int(void *, int32_t, double, const double *, const double *, const double *, double *)"
 
 
+def _check_names(sensors: Sequence[str], **starts: object) -> None:
+    for name, given in starts.items():
+        if not isinstance(given or {}, Mapping):
+            raise HnavValueError("option", f'{name} = {given!r}: write names and starts, {name}={{"name": 0.0}}')
+    if isinstance(sensors, str) or len(set(sensors)) < len(sensors):
+        raise HnavValueError("option", f"sensors = {sensors!r}: write a list of names, each of them once", "sensors")
+
+
 class Plant:
     """x' = derivatives(t, x, u, p), y = outputs(t, x, u, p).
 
@@ -63,9 +71,7 @@ class Plant:
         next_event: Callable[..., float] | None = None,
         discrete: Mapping[str, float] | None = None,
     ):
-        for name, given in (("states", states), ("inputs", inputs), ("parameters", parameters), ("discrete", discrete)):
-            if not isinstance(given or {}, Mapping):
-                raise HnavValueError("option", f'{name} = {given!r}: write names and starts, {name}={{"name": 0.0}}')
+        _check_names(sensors, states=states, inputs=inputs, parameters=parameters, discrete=discrete)
         self.derivatives, self.outputs, self.jacobian = derivatives, outputs, jacobian
         self.indicators, self.event, self.next_event = indicators, event, next_event
         self.discrete = dict(discrete or {})
