@@ -6,6 +6,7 @@
 namespace hnav::ins {
 
 constexpr double slow_m_s = 0.3; // largest GNSS speed of a rest: three sigmas of a usual receiver
+constexpr double silent_s = 60; // without velocities for so long, positions alone show motion
 
 // Records the time since which all GNSS speeds have been small: after a departure a single one may look like rest again.
 void Model::note_slow(State& s, double now_s) {
@@ -31,7 +32,7 @@ bool Model::at_rest(const State& s, double now_s) const {
 // While a slow glide or a gentle departure was taken for rest, velocity and position were wrongly held, and the acceleration was
 // estimated as tilt. Widens these states by what was missed. Without GNSS velocities, positions that move away show the glide.
 void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
-    constexpr double far = 5, silent_s = 60, departs_s = 5;
+    constexpr double far = 5, departs_s = 5;
     if (s.glide.found > 0 || s.glide.rested == 0 || !s.rest.still(options_)) return;
     const double stood_s = now_s - s.glide.began_s, moved_m = (vec(s.in_t.colour) - vec(s.in_t.colour_at_rest)).head<2>().norm();
     const bool alone = !is_within(now_s - s.last_s[velocity], silent_s) && s.glide.jumped == 0;
@@ -112,8 +113,8 @@ namespace {
 // the time of the rest. Corrections within that time have the weight of one. Without it a robot at .45 m/s was at rest for a fifth of the way, its
 // velocity ready with a z2 of 250, now .4.
 double speed_left_open2(const State& s, const Options& options, double now_s, double stood_s) {
-    constexpr double fresh_s = 2, fix_s = 10;
-    if (is_within(now_s - s.speed_known_s, fresh_s) || !is_within(now_s - s.last_s[position], fix_s)) return 0;
+    constexpr double fix_s = 10;
+    if (is_within(now_s - s.last_s[velocity], silent_s) || !is_within(now_s - s.last_s[position], fix_s)) return 0;
     const Consistency& fit = s.fit(position);
     const double change2 = fit.stated * fit.noise - square(s.slow_m[0]) * std::expm1(-stood_s / options.position_colour_s);
     return 2 * change2 / (stood_s * std::fmax(s.window.length_s, s.usual_interval_s));

@@ -255,7 +255,8 @@ class LastingMotion:
 
     def settle(self, force: float, T: float) -> None:
         """At rest the lasting velocity is zero; force: its length now."""
-        self.rest_force, self.power, self.counted2 = force, self.power * math.exp(-T / 0.5), 0.0
+        self.rest_force += (T / (5.0 + T) if self.rest_force > 0 else 1.0) * (force - self.rest_force)
+        self.power, self.counted2 = self.power * math.exp(-T / 0.5), 0.0
 
     def uncount(self) -> float:
         """Square of the velocity that no longer counts as noise, which has not ended for that."""
