@@ -26,7 +26,7 @@ struct AtWheels {
         // The place does not change, so the corrections of a turn have the weight of one. Chosen: the time of a roundabout or some of a ramp. With
         // noise that is white the heading of simulated cars whose sensor is 1.2 m ahead of the axle is 2.5 deg off at a sigma of .5, so .3.
         constexpr double turn_s = 20;
-        place2 = square(wheel_b.isZero() ? unmeasured_m : measured_m) * std::fmax(1, turn_s / s.window.length_s);
+        place2 = square(wheel_b.isZero() ? unmeasured_m : measured_m) * as_one(s, turn_s);
         by_velocity = R.transpose();
         by_gyro = cross_matrix(wheel_b);
         v_b = R.transpose() * v + rate.cross(wheel_b);
@@ -85,7 +85,7 @@ void Model::correct_car(State& s, Covariance& P, const Event& event) const {
     const double slip = 1 + 9 * turning * turning + 0.01 * forward * forward * turning * turning;
     m.R[0] = m.R[1] = options_.car_across_m_s * options_.car_across_m_s * slip + turning * turning * at.place2;
     constexpr double springs_rad = 0.01, springs_s = 2; // rad, s; chosen: cars pitch by 1 to 3 deg per g
-    m.R[1] += square(springs_rad * forward) * std::fmax(1, springs_s / s.window.length_s);
+    m.R[1] += square(springs_rad * forward) * as_one(s, springs_s);
     use(s, P, event, m);
 }
 

@@ -27,6 +27,9 @@ namespace hnav::ins {
 constexpr double usual_colour = 3; // usual largest slow GNSS error, in sigmas
 constexpr double usual_bias = 8; // of Consistency::bias; exceeded with probability 2e-5 (chi-square of three / 3)
 
+// Factor on the variance of a correction with an error that lasts: those within that time have the weight of one.
+inline double as_one(const State& s, double lasts_s) { return std::fmax(1, lasts_s / s.window.length_s); }
+
 // Motion at one time, in north-east-down axes at the place.
 struct Motion {
     earth::Place place;

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from hnav.errors import HnavValueError
-from hnav.native.arrays import Array, floats, times
+from hnav.native.arrays import Array, times
 from hnav.native.library import SENSORS
+from hnav.numbers import floats
 
 AIDS = SENSORS[SENSORS.index("mag") :]
 """Kinds of aid: mag, heading, rest, speed, pressure, velocity, position."""

@@ -25,7 +25,8 @@ from hnav.filters.observer import Observer, ObserverOptions, ObserverRun
 from hnav.filters.observer_findings import findings
 from hnav.filters.observer_offsets import offsets, with_offsets
 from hnav.filters.observer_plan import Plan
-from hnav.native.arrays import Array, floats
+from hnav.native.arrays import Array
+from hnav.numbers import floats
 
 AHEAD = 10  # samples that a prediction goes ahead
 LAGS = 5  # innovations after one, that it must not foretell

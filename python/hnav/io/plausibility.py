@@ -19,7 +19,7 @@ from hnav.io.findings import Finding, Samples, unit_name, warning
 from hnav.io.plausible_turning import findings_by_turning
 from hnav.io.readers.clock import DAMAGED, MENDED, ORDERED
 from hnav.io.recordings import ARRAYS, Recording
-from hnav.native.arrays import floats
+from hnav.numbers import floats
 from hnav.units import G_M_S2, SUSPECTED, si_per
 
 LEVELS = ("error", "warning", "note")

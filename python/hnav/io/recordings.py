@@ -10,7 +10,7 @@ import numpy as np
 
 from hnav.errors import HnavValueError
 from hnav.io.aids import AidSamples, arrived_within
-from hnav.native.arrays import floats
+from hnav.numbers import floats
 from hnav.units import TESLA_PER
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from hnav.errors import HnavValueError
 from hnav.native.library import ffi, new
+from hnav.numbers import floats
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -46,11 +47,6 @@ def rows_of_three(values: npt.ArrayLike, name: str) -> Array:
     if array.ndim != 2 or array.shape[1] != 3:
         raise HnavValueError("size", f"{name} has the shape {array.shape}, expected (n, 3)", name)
     return array
-
-
-def floats(values: npt.ArrayLike) -> Array:
-    """Numbers as float64, NaN where an array is masked. Raises TypeError or ValueError for values that are no numbers."""
-    return np.asarray(np.ma.filled(np.ma.asarray(values, np.float64), np.nan))
 
 
 def _numbers(values: npt.ArrayLike, name: str) -> Array:
