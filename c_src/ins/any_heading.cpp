@@ -266,10 +266,10 @@ void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     turn(s, C);
     turn(P, C);
     s.earth_rate[0] = s.earth_rate[1] = 0;
-    vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
     vec(s.x + 3).setZero();
     for (int i = 0; i < 3; ++i) s.in_t.colour[i] = s.in_t.gained[i] = 0;
     put_place(s, P, p + 3, options_.start_sigma_position_m);
+    put_at_antenna(s, P);
     P[row_u][row_u] = P[row_u + 1][row_u + 1] = 0.5;
     s.u[0] = s.u[1] = 0;
     s.circle = any;

@@ -33,7 +33,7 @@ void Model::apply(State& s, Covariance& P, const double* error) const {
 
 namespace {
 
-void note_innovation(State& s, const Event& event, const Measurement& m, const Covariance& P, const Correction& c) {
+void note_innovation(State& s, const Event& event, const Measurement& m, const Correction& c) {
     Innovation& i = s.innovation[m.channel];
     i = {};
     i.t_s = event.t_s;
@@ -41,16 +41,8 @@ void note_innovation(State& s, const Event& event, const Measurement& m, const C
     i.noise_scale = c.scale;
     i.dimension = static_cast<std::uint64_t>(m.rows);
     if (c.scale > 1) ++s.inflated[m.channel];
-    for (int k = 0; k < m.rows; ++k) {
-        i.value[k] = m.r[k];
-        i.variance[k] = m.R[k] / m.scale; // before inflation by a gate
-        for (int a = 0; a < P.n; ++a) {
-            if (m.H[k][a] == 0) continue;
-            i.value[k] -= m.H[k][a] * s.mean[a];
-            for (int b = 0; b < P.n; ++b)
-                if (m.H[k][b] != 0) i.variance[k] += m.H[k][a] * P[a][b] * m.H[k][b];
-        }
-    }
+    std::copy_n(c.innovation, m.rows, i.value);
+    std::copy_n(c.variance, m.rows, i.variance);
 }
 
 // Age up to which a fix is used by the monitors: three periods of a usual receiver.
@@ -153,7 +145,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     const Spread before = spread(s, P);
     Correction c = correction_by(m, P, s.mean, gate_of(m));
     if (!c.sound) return;
-    note_innovation(s, event, m, P, c);
+    note_innovation(s, event, m, c);
     if (is_absolute(m)) {
         note_fit(s, event, m, c);
         note_steps(s, m, c);

@@ -1,4 +1,4 @@
-// GNSS velocity and position, at their time of validity.
+// GNSS velocity and position, of the antenna at their time of validity.
 #include "ins/model.hpp"
 
 #include "maths/square.hpp"
@@ -50,11 +50,11 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     if (m.rows == 2) z[2] = 0;
     z = mat(s.axes).transpose() * (north.axes * z);
     const Matrix3 R = attitude(s);
-    const Vector3 w = turn_rate(s), lever = R * w.cross(vec(options_.antenna_b_m));
+    const Vector3 w = turn_rate(s), lever = R * w.cross(vec(s.antenna));
     const double stated2 = square(std::fmax(value[3], value[4])), noise2 = stated2 * s.fit(velocity).weight(event.t_s);
     const double known2 = P.larger(row_v), gain = known2 / (known2 + noise2);
     const Missed missed = missed_of(s, gain / (event.t_s - s.last_s[velocity]));
-    const Vector3 a = missed.acceleration + R * w.cross(w.cross(vec(options_.antenna_b_m)));
+    const Vector3 a = missed.acceleration + R * w.cross(w.cross(vec(s.antenna)));
     // Tilt, heading and accelerometer bias change the missed acceleration; the tilt alone would look observed at rest, where both cancel. In the
     // search products of their errors and that of the latency are not small: with these rows consumer cable cars have a wrong tilt for 2.3 % of the
     // time instead of .4.
@@ -62,7 +62,8 @@ void Model::correct_velocity(State& s, Covariance& P, const Event& event) const 
     m.put(0, row_v, Matrix3::Identity());
     m.put(0, row_phi, late_s * cross_matrix(Vector3(missed.acceleration - vec(s.gravity))) - cross_matrix(lever));
     m.put(0, row_accel, late_s * R);
-    m.put(0, row_gyro, R * cross_matrix(vec(options_.antenna_b_m)));
+    m.put(0, row_gyro, R * cross_matrix(vec(s.antenna)));
+    m.put(0, row_antenna, R * cross_matrix(w));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
     for (int i = 0; i < 2; ++i) m.R[i] += square(north.sigma_rad) * z.head<2>().squaredNorm();
     if (free) {
@@ -100,10 +101,11 @@ void Model::correct_position(State& s, Covariance& P, const Event& event) const 
     mat(s.fix_axes) = earth::axes_at(place);
     Measurement m{position, 3};
     Vector3 z = mat(s.axes).transpose() * (earth::position_of(place) - vec(s.anchor_e));
-    const Vector3 lever = attitude(s) * vec(options_.antenna_b_m), v = vec(s.x + 3);
+    const Vector3 lever = attitude(s) * vec(s.antenna), v = vec(s.x + 3);
     m.put(0, row_d, Matrix3::Identity());
     m.put(0, row_colour, Matrix3::Identity());
     m.put(0, row_phi, -cross_matrix(lever));
+    m.put(0, row_antenna, attitude(s));
     for (int i = 0; i < 3; ++i) m.R[i] = value[3 + i] * value[3 + i];
     const Vector3 gained = s.latency * missed_of(s, 0).acceleration; // since the time of validity
     const Vector3 late = free ? Vector3(vec(s.in_t.gained)) : Vector3(v - 0.5 * gained);

@@ -110,10 +110,10 @@ void carry(const Transition& t, Covariance& P, double* mean) {
         mean[i] = turned[i];
         std::copy_n(response[i], responses, P.response[i]);
         for (int j = moved; j < n; ++j) P[i][j] = P[j][i] = rows[i][j];
-        for (int j = 0; j < moved; ++j) {
+        for (int j = 0; j <= i; ++j) {
             double sum = 0;
             for (int k = 0; k < movers; ++k) sum += t.M[j][k] * rows[i][k];
-            P[i][j] = sum;
+            P[i][j] = P[j][i] = sum;
         }
     }
 }

@@ -73,6 +73,10 @@ Correction correction_by(const Measurement& given, const Covariance& P, const do
         return Cholesky<m>(S);
     };
     const Cholesky<m> S = total(1, 1);
+    for (int k = 0; k < m; ++k) {
+        result.innovation[k] = of.r[k];
+        result.variance[k] = of.known(k, k) + given.R[k] / given.scale;
+    }
     result.sound = S.positive();
     if (!result.sound) return result;
     result.nis = of.r.dot(S.template solve<1>(of.r));
@@ -84,23 +88,25 @@ Correction correction_by(const Measurement& given, const Covariance& P, const do
     return result;
 }
 
+// Of three rows.
+template <int count, int stride>
+void turn_columns(const Matrix3& C, double (*rows)[stride]) {
+    using Columns = Eigen::Matrix<double, 3, count, Eigen::RowMajor>;
+    Eigen::Map<Columns, 0, Eigen::OuterStride<stride>> columns(*rows);
+    columns = Columns(C.lazyProduct(columns));
+}
+
 } // namespace
 
 void turn_rows(Covariance& P, int row, const Matrix3& C) {
-    const auto turn_columns = [&C](int count, double* a, double* b, double* c) {
-        for (int j = 0; j < count; ++j) {
-            const Vector3 column = C * Vector3(a[j], b[j], c[j]);
-            a[j] = column[0];
-            b[j] = column[1];
-            c[j] = column[2];
+    with_rows(P.n, [&](auto n) {
+        turn_columns<n>(C, P.P + row);
+        for (int j = 0; j < n; ++j) {
+            const Vector3 line = C * vec(P[j] + row);
+            vec(P[j] + row) = line;
         }
-    };
-    turn_columns(P.n, P[row], P[row + 1], P[row + 2]);
-    turn_columns(responses, P.response[row], P.response[row + 1], P.response[row + 2]);
-    for (int j = 0; j < P.n; ++j) {
-        const Vector3 line = C * vec(P[j] + row);
-        vec(P[j] + row) = line;
-    }
+    });
+    turn_columns<responses>(C, P.response + row);
 }
 
 Correction correction_by(const Measurement& m, const Covariance& P, const double* mean, double gate_nis) {
@@ -122,13 +128,16 @@ void reduce(Covariance& P, const Correction& c, int rows) {
     with_rows(P.n, [&](auto n) {
         double least[n];
         for (int i = 0; i < n; ++i) least[i] = rounding * P[i][i];
-        for (int k = 0; k < rows; ++k)
-            for (int i = 0; i < n; ++i) {
-                const double gain = c.gain[k][i];
-                if (gain == 0) continue;
-                for (int j = 0; j < n; ++j) P[i][j] -= gain * c.PHt[k][j];
-                for (int j = 0; j < responses; ++j) P.response[i][j] -= gain * c.HB[k][j];
+        for (int i = 0; i < n; ++i) {
+            const double g0 = c.gain[0][i], g1 = c.gain[1][i], g2 = c.gain[2][i]; // 0 beyond the rows
+            if (rows == 1) {
+                for (int j = 0; j < n; ++j) P[i][j] -= g0 * c.PHt[0][j];
+                for (int j = 0; j < responses; ++j) P.response[i][j] -= g0 * c.HB[0][j];
+            } else {
+                for (int j = 0; j < n; ++j) P[i][j] -= g0 * c.PHt[0][j] + g1 * c.PHt[1][j] + g2 * c.PHt[2][j];
+                for (int j = 0; j < responses; ++j) P.response[i][j] -= g0 * c.HB[0][j] + g1 * c.HB[1][j] + g2 * c.HB[2][j];
             }
+        }
         for (int i = 0; i < n; ++i) P[i][i] = std::fmax(P[i][i], least[i]);
     });
 }

@@ -9,7 +9,7 @@
 
 namespace hnav::ins {
 
-constexpr int row_length = 34; // even, so that rows are aligned
+constexpr int row_length = 36; // even, so that rows are aligned
 
 // Calls f with the number of used rows as a compile-time constant, because loops of known length are faster.
 template <class F>
@@ -96,6 +96,7 @@ struct Measurement {
 struct Correction {
     double nis, scale;
     bool sound;
+    double innovation[3], variance[3]; // variance: with the noise before any gate
     double error[errors];
     StepEvidence<may_step> steps[step_windows]; // of three rows
     // Rows of P H' and its S^-1 multiple, and of the response of H error.

@@ -196,6 +196,7 @@ private:
     void start(State& s, const Event& event, const Tilt& tilt) const;
     double start_velocity_sigma(const State& s, int axis) const;
     void put_place(const State& s, Covariance& P, const double* sigma_m, double wide_m) const;
+    void put_at_antenna(State& s, Covariance& P) const;
     Covariance prior(const State& s) const;
     void start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const;
     void anchor(State& s, const earth::Place& place) const;

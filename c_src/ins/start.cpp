@@ -255,6 +255,17 @@ void Model::put_place(const State& s, Covariance& P, const double* sigma_m, doub
     }
 }
 
+// A displacement that is a fix less the antenna's place in the body.
+void Model::put_at_antenna(State& s, Covariance& P) const {
+    const Matrix3 R = attitude(s), antenna = P.block(row_antenna, row_antenna);
+    vec(s.x) = -(R * vec(s.antenna));
+    for (int j = row_phi; j < P.n; ++j) {
+        const Vector3 by = R * Vector3(P[row_antenna][j], P[row_antenna + 1][j], P[row_antenna + 2][j]);
+        for (int i = 0; i < 3; ++i) P[row_d + i][j] = P[j][row_d + i] = P[row_d + i][j] - by[i];
+    }
+    P.add(row_d, row_d, R * antenna * R.transpose());
+}
+
 // Sensor errors as they are, and the priors of what no fix shows at once.
 Covariance Model::prior(const State& s) const {
     Covariance P = Covariance::of(s);
@@ -263,6 +274,7 @@ Covariance Model::prior(const State& s) const {
     P.put_sigma(row_scale, options_.start_sigma_speed_scale);
     for (int i = 0; i < 2; ++i) P.put_sigma(row_mount + i, options_.start_sigma_mounting_rad);
     P.put_sigma(row_latency, options_.start_sigma_latency_s);
+    for (int i = 0; i < 3; ++i) P.put_sigma(row_antenna + i, options_.start_sigma_antenna_m);
     return P;
 }
 
@@ -327,7 +339,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     const Quaternion level = multiply(rotation_quaternion(Vector3(0, pitch, 0)), rotation_quaternion(Vector3(roll, 0, 0)));
     quat(s.x + 6) = given ? Quaternion(options_.start_q_nb).normalized() : level;
     vec(s.x + 3) = given ? Vector3(options_.start_velocity_n_m_s) : Vector3(Vector3::Zero());
-    if (event.has(position)) vec(s.x) = -(attitude(s) * vec(options_.antenna_b_m));
+    vec(s.antenna) = vec(options_.antenna_b_m);
     s.u[0] = given ? 1 : 0;
     s.u[1] = 0;
     if (!given) s.earth_rate[0] = s.earth_rate[1] = 0;
@@ -343,6 +355,11 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
+    if (event.has(position)) {
+        Covariance P = Covariance::of(s);
+        put_at_antenna(s, P);
+        P.keep(s);
+    }
     // Ratio of variances. Chosen: latency and scale errors of a recorded flight look like up to 6 times the variance; taken for noise of the
     // velocities, four of its 28 starts would not become ready.
     constexpr double certainly_noise = 8;

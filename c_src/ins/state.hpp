@@ -53,11 +53,12 @@ enum Row : int {
     row_offset = 24, // of the height by pressure
     row_scale = 25,  // of the speed
     row_mount = 26,  // yaw and pitch of the axis of travel in the body
-    errors_without_field = 28,
-    row_iron = 28,      // of the body, in the unit of the horizontal field
-    row_strength = 31,  // 1 over the horizontal field, in a unit that makes it about 1
-    row_direction = 32, // deviation of the horizontal field from the declination, rad
-    errors = 33
+    row_antenna = 28, // place of the antenna in the body
+    errors_without_field = 31,
+    row_iron = 31,      // of the body, in the unit of the horizontal field
+    row_strength = 34,  // 1 over the horizontal field, in a unit that makes it about 1
+    row_direction = 35, // deviation of the horizontal field from the declination, rad
+    errors = 36
 };
 
 constexpr int nx = 10;    // d 3, v 3, q 4
@@ -173,7 +174,7 @@ struct State {
     StepEvidence<may_step> steps[step_windows];
     double steps_since_s[step_windows]; // begin of the windows; NaN: they begin at the next correction
     double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
-    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2];
+    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2], antenna[3];
     double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
     Circle circle;
     ExternalHeading external;
@@ -266,6 +267,7 @@ void each_parameter(AnyState& s, Visit visit) {
     visit(row_offset, &s.offset, 1);
     visit(row_scale, &s.scale, 1);
     visit(row_mount, s.mount, 2);
+    visit(row_antenna, s.antenna, 3);
     visit(row_iron, s.iron, 3);
     visit(row_strength, &s.strength, 1);
     visit(row_direction, &s.direction, 1);

@@ -26,7 +26,7 @@ constexpr double defaults[] = {
     0.0002, 0.003, 2e-05, 0.002, 0.002, 0.0003, 1, 0, 1.5, 1.5, 60, 5, 1000, 60, 0.05, 10, 0.2, 300, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0,
     0, 0, 0, 0.087266462599716474, 0.1, 90, 0.01, 0.003, 0.3, 30, 0.2, 0.05, 1, 0.03, 5, 0.13962634015954636,
     0.017453292519943295, 0.25, 1, 0.02, 0.0002, 16.3, 15, 0, 0, 8, 100, 1, 0.017453292519943295, 0.017453292519943295, 0.5, 5, 5,
-    1, 0.0997, 1, 0, 64, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 10000, 0, 1e-08, 1e-08, 0.005,
+    1, 0.0997, 1, 0, 64, 0, 0, 0, 0.3, 0, 0, 0, 0, 1, 0, 0, 0, 10000, 0, 1e-08, 1e-08, 0.005,
 };
 
 const OptionRow rows[] = {
@@ -245,33 +245,36 @@ const OptionRow rows[] = {
     {"antenna_b_m", text("frame"), text("m"), text("Position of the GNSS antenna relative to the inertial sensor, body axes"),
     text("At the sensor."), nullptr, nullptr, defaults + 66, offsetof(hnav_ins_options, antenna_b_m), -1000, 1000, 3, 0,
     HNAV_OPTION_REAL, 0, 0, 0},
+    {"start_sigma_antenna_m", text("frame"), text("m"), text("Sigma of antenna_b_m, each axis; 0: it is exact"),
+    text("An antenna that was not measured; several times as far away it is estimated as well."), nullptr, nullptr, defaults + 69,
+    offsetof(hnav_ins_options, start_sigma_antenna_m), 0, 1000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"wheel_b_m", text("frame"), text("m"),
     text("Place of the speed measurement relative to the inertial sensor, body axes: the middle of a car's rear axle; 0: unknown within 1 m"),
-    text("At the sensor, not measured."), nullptr, nullptr, defaults + 69, offsetof(hnav_ins_options, wheel_b_m), -1000, 1000, 3,
+    text("At the sensor, not measured."), nullptr, nullptr, defaults + 70, offsetof(hnav_ins_options, wheel_b_m), -1000, 1000, 3,
     0, HNAV_OPTION_REAL, 0, 0, 1},
     {"declination_rad", text("frame"), text("rad"), text("Magnetic declination: of external headings, and of the magnetometer"),
-    text("Without it headings are true headings."), nullptr, nullptr, defaults + 72, offsetof(hnav_ins_options, declination_rad),
+    text("Without it headings are true headings."), nullptr, nullptr, defaults + 73, offsetof(hnav_ins_options, declination_rad),
     -3.1415926535897931, 3.1415926535897931, 1, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"q_body_sensor", text("frame"), text(""),
     text("Mounting: rotates sensor vectors into body axes, scalar first; normalised on use"), text("Body axes are the sensor's."),
-    nullptr, nullptr, defaults + 73, offsetof(hnav_ins_options, q_body_sensor), -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
+    nullptr, nullptr, defaults + 74, offsetof(hnav_ins_options, q_body_sensor), -2, 2, 4, 0, HNAV_OPTION_REAL, 0, 0, 0},
     {"anchor_distance_m", text("frame"), text("m"),
     text("Distance of the body from the origin of the filter's axes beyond which the origin moves to the body"),
-    text("Small displacements keep their precision."), nullptr, nullptr, defaults + 77,
+    text("Small displacements keep their precision."), nullptr, nullptr, defaults + 78,
     offsetof(hnav_ins_options, anchor_distance_m), 100, 100000, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver", text("solver"), text(""),
     text("Integrator between events: SUNDIALS ERKStep, SUNDIALS CVODE Adams, closed form, or forward Euler"),
-    text("A one-step method: every interval is integrated alike, to solver_rtol."), solver_names, solver_meanings, defaults + 78,
+    text("A one-step method: every interval is integrated alike, to solver_rtol."), solver_names, solver_meanings, defaults + 79,
     offsetof(hnav_ins_options, solver), 0, 3, 1, 4, HNAV_OPTION_CHOICE, 0, 0, 0},
     {"solver_rtol", text("solver"), text(""), text("Relative tolerance of ERKStep and Adams"),
-    text("The integrator's error stays far below that of any sensor."), nullptr, nullptr, defaults + 79,
+    text("The integrator's error stays far below that of any sensor."), nullptr, nullptr, defaults + 80,
     offsetof(hnav_ins_options, solver_rtol), 1e-14, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"solver_atol", text("solver"), text(""),
     text("Absolute tolerance of ERKStep and Adams, relative to the nominal size of each state"),
-    text("As solver_rtol, relative to the size of each state."), nullptr, nullptr, defaults + 80,
+    text("As solver_rtol, relative to the size of each state."), nullptr, nullptr, defaults + 81,
     offsetof(hnav_ins_options, solver_atol), 1e-20, 0.01, 1, 0, HNAV_OPTION_REAL, 0, 0, 1},
     {"euler_step_s", text("solver"), text("s"), text("Sub-step of Euler"),
-    text("Steps for comparison; the other integrators need none."), nullptr, nullptr, defaults + 81,
+    text("Steps for comparison; the other integrators need none."), nullptr, nullptr, defaults + 82,
     offsetof(hnav_ins_options, euler_step_s), 0, 1000, 1, 0, HNAV_OPTION_REAL, 1, 0, 1},
 };
 
@@ -330,6 +333,6 @@ constexpr Preset presets[] = {
 } // namespace
 
 const OptionList ins_options = {
-    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 69, presets, 4};
+    "hnav_ins_defaults", 9, sizeof(hnav_ins_options), rows, 70, presets, 4};
 
 } // namespace hnav

@@ -5,7 +5,7 @@
     twin.advance(t_s, rate, force, velocity_n, place)
     twin.advance(t_s, rate, force, field_b=field)               # with the field of a magnetometer
 
-Without rest, gates (but for the memory of the field), steps, lever arms, and what needs the start from any heading: of that c_src/ins is the only
+Without rest, gates (but for the memory of the field), steps, and what needs the start from any heading: of that c_src/ins is the only
 description.
 """
 
@@ -24,8 +24,8 @@ from hnav.native.arrays import Array
 
 D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
 LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
-IRON, STRENGTH, DIRECTION = slice(28, 31), 31, 32
-ERRORS = 33
+ANTENNA, IRON, STRENGTH, DIRECTION = slice(28, 31), slice(31, 34), 34, 35
+ERRORS = 36
 EYE = np.eye(3)
 ALIKE_S = 5.0
 SLOW_GROWS_S = 10.0
@@ -150,7 +150,7 @@ class Consistency:
 
 
 class InsReference:
-    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 33 x 33, of the errors."""
+    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 36 x 36, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
     """Of GNSS, each axis, unless stated otherwise."""
@@ -164,7 +164,8 @@ class InsReference:
         self.anchor_e, self.T = earth.position_of(place), earth.axes_at(place)
         self.earth_rate = self.T.T @ [0, 0, earth.RATE_RAD_S]
         self.R = rotation_of(o.start_q_nb)
-        self.d, self.v = np.zeros(3), np.array(o.start_velocity_n_m_s, float)
+        self.antenna = np.array(o.antenna_b_m, float)
+        self.d, self.v = -self.R @ self.antenna, np.array(o.start_velocity_n_m_s, float)
         self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
         self.latency, self.steady_rate = 0.0, np.zeros(3)
         self.turned_b = np.zeros(3)
@@ -192,6 +193,10 @@ class InsReference:
         P[D, D] = np.diag(self.SIGMA_M**2 + o.start_sigma_position_m**2 + colour)
         P[COLOUR, COLOUR] = np.diag(colour)
         P[D, COLOUR] = P[COLOUR, D] = -np.diag(colour)
+        P[ANTENNA, ANTENNA] = o.start_sigma_antenna_m**2 * np.eye(3)
+        P[D, D] += P[ANTENNA, ANTENNA]
+        P[D, ANTENNA] = -(o.start_sigma_antenna_m**2) * self.R
+        P[ANTENNA, D] = P[D, ANTENNA].T
         P[V, V] = np.diag(o.start_sigma_velocity_m_s**2 * np.array([1, 1, 0.04]))
         P[PHI, PHI] = np.diag([o.start_sigma_tilt_rad**2, o.start_sigma_tilt_rad**2, o.start_sigma_heading_rad**2])
         P[GYRO, GYRO] = o.start_sigma_gyro_bias_rad_s**2 * np.eye(3)
@@ -317,7 +322,7 @@ class InsReference:
         return moved2 / all2 * self.recent, noise2_s / all2 / (1 + self.age_s() * taken_back_per_s) * self.recent
 
     def transition(self) -> Array:
-        """33 x 33, over the window."""
+        """36 x 36, over the window."""
         T, M, W = self.length_s, np.eye(ERRORS), cross_matrix(self.earth_rate)
         M[D, V], M[D, PHI], M[D, GYRO], M[D, ACCEL], M[D, SCALE] = (
             T * np.eye(3),
@@ -434,18 +439,26 @@ class InsReference:
             known2 = np.diag(self.P[V, V])[:2].max()
             gain = known2 / (known2 + self.SIGMA_M_S**2 * self.velocity_fit.weight(self.t_s))
             tau, (a, noise_m_s) = self.latency, self.missed(gain / (self.t_s - self.velocity_s))
-            H, noise = self.late(a)
-            H[:, V], H[:, PHI], H[:, ACCEL] = np.eye(3), tau * cross_matrix(a - self.gravity), tau * self.R
+            R, w = self.R, self.turn_rate()
+            swing = R @ cross(w, self.antenna)
+            a_antenna = a + R @ cross(w, cross(w, self.antenna))
+            H, noise = self.late(a_antenna)
+            H[:, V], H[:, PHI], H[:, ACCEL] = np.eye(3), tau * cross_matrix(a - self.gravity) - cross_matrix(swing), tau * R
+            H[:, GYRO], H[:, ANTENNA] = R @ cross_matrix(self.antenna), R @ cross_matrix(w)
             self.velocity_fit.restate(self.SIGMA_M_S**2)
             z = self.T.T @ earth.axes_at(place) @ velocity_n
-            self.use(H, z - (self.v - tau * a - noise_m_s), self.SIGMA_M_S**2 + noise, self.velocity_fit)
+            self.use(H, z - (self.v + swing - tau * a_antenna - noise_m_s), self.SIGMA_M_S**2 + noise, self.velocity_fit)
             self.velocity_s = self.t_s
             tau, (a, _) = self.latency, self.missed()
             H, noise = self.late(self.v - tau * a)
             H[:, D], H[:, COLOUR], H[:, V] = np.eye(3), np.eye(3), -tau * np.eye(3)
+            lever = self.R @ self.antenna
+            H[:, PHI], H[:, ANTENNA] = -cross_matrix(lever), self.R
             self.position_fit.restate(sigma_m**2)
             z = self.T.T @ (earth.position_of(place) - self.anchor_e)
-            self.use(H, z - (self.d + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit)
+            self.use(
+                H, z - (self.d + lever + self.colour - tau * (self.v - 0.5 * tau * a)), sigma_m**2 + noise, self.position_fit
+            )
         if field_b is not None:
             self.correct_field(field_b)
         self.turn_errors()
@@ -489,7 +502,11 @@ class InsReference:
         drift = (since_s + o.field_colour_s) * strength * cross_matrix(before) @ R
         soft = strength**2 * float(before @ before) * float(np.sum(by_turn**2)) / 3
         noise = o.field_noise**2 * (max(1.0, strength * float(np.linalg.norm(before[:2]))) ** 2 + soft)
-        S = fits @ self.P[28:32, 28:32] @ fits.T + drift @ self.P[GYRO, GYRO] @ drift.T + noise * np.eye(3)
+        S = (
+            fits @ self.P[IRON.start : DIRECTION, IRON.start : DIRECTION] @ fits.T
+            + drift @ self.P[GYRO, GYRO] @ drift.T
+            + noise * np.eye(3)
+        )
         change = strength * (measured - before) - by_turn @ iron
         limit = min(3.0, o.gate_nis) if refused else o.gate_nis
         if o.gate_nis > 0 and change @ np.linalg.solve(S, change) > limit:
@@ -544,4 +561,5 @@ class InsReference:
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
         self.gyro_scale, self.latency = self.gyro_scale + error[SCALE], self.latency + error[LATENCY]
         self.colour, self.iron = self.colour + error[COLOUR], self.iron + error[IRON]
+        self.antenna = self.antenna + error[ANTENNA]
         self.strength, self.direction = self.strength + float(error[STRENGTH]), self.direction + float(error[DIRECTION])

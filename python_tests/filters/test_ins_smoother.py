@@ -78,14 +78,18 @@ def test_a_second_pass_over_false_steps_is_given_up():
         assert means[1, 1, 2] < means[0, 1, 2] and means[1, 1, 0] < means[0, 1, 0], kind
 
 
-@pytest.mark.parametrize("kind, seed, fault", [("car", 3, "late"), ("car", 3_000_004, "late"), ("walker", 3, "rate_bias")])
-def test_hindsight_of_an_inconsistent_filter_is_no_worse_and_not_ready(kind, seed, fault):
+@pytest.mark.parametrize(
+    "kind, seeds, fault", [("car", range(1, 6), "late"), ("car", [3_000_004], "late"), ("walker", [3], "rate_bias")]
+)
+def test_hindsight_of_an_inconsistent_filter_is_no_worse_and_not_ready(kind, seeds, fault):
     """What an inconsistency adds to the errors is a factor of the transition too: without it the car's position is 300 m off and ready.
     Where hindsight is beyond three sigmas of the filter, an error has stepped, and nothing is ready; beyond ten sigmas it ends: without that
     the second car is 8 km off."""
-    rms, lies = faults.in_hindsight(faults.simulated(kind, seed), fault)
-    assert rms["heading"][1] < 1.1 * rms["heading"][0] and rms["position"][1] < 1.3 * rms["position"][0]
-    assert max(lies[what][1] - lies[what][0] for what in faults.FLAGS) < 0.03
+    found = [faults.in_hindsight(faults.simulated(kind, seed), fault) for seed in seeds]
+    for what in ("heading", "position"):
+        before, after = np.sqrt(np.mean([np.square(rms[what]) for rms, _ in found], axis=0))
+        assert after < 1.1 * before
+    assert max(lies[what][1] - lies[what][0] for _, lies in found for what in faults.FLAGS) < 0.03
 
 
 def test_an_uncertain_heading_leaves_the_tilt_a_sigma():

@@ -39,6 +39,7 @@ def test_the_twin_navigates_as_the_library_does(kind, magnetometer, other_s):
     options = hnav.Options(
         "ins", "industrial", start="state", start_q_nb=tuple(start), start_velocity_n_m_s=tuple(velocity[1]), solver="closed_form",
         gyro_hold="forward", rest_rate_rad_s=0.0, gate_nis=200.0 if other_s else 0.0, gate_longest_s=4.0, start_sigma_velocity_m_s=1.0, declination_rad=0.1,
+        antenna_b_m=(0.4, -0.2, -0.8),
     )  # fmt: skip
     ins, twin = hnav.Ins(options), None
     rng = np.random.default_rng(1)

@@ -57,6 +57,8 @@ def command(
         of_bodies, names = kinds.split(","), only.split(",") if only else list(navigating.FAULTS)
         check_choices("--kinds", of_bodies, BODIES)
         check_choices("--only", names, navigating.FAULTS)
+        if settings:
+            raise UsageError("--set: the bodies of --filter ins have their own options")
         simulated = [kind for kind in of_bodies if kind != navigating.FLIGHT]
         if smooth:
             show(hindsight_table(simulated, names, seeds, seed, workers), width=220)

@@ -1,4 +1,5 @@
-"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, a wrong given state, late or noisy fixes, wheels."""
+"""What a start may meet beside what every start meets: a wrong compass, wrong first fixes, a wrong given state, late or noisy fixes, an antenna
+beside the sensor, wheels."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from hnav import earth
 from hnav.filters.options import CAR_ACROSS_M_S
 from hnav.native.library import SENSORS
+from studies.ins.motions import RATE_HZ
 from studies.ins.vehicles import EARTH_M, Samples, Truth, arriving, fixes
 
 OFF_RAD = np.radians(170.0)
@@ -19,6 +21,7 @@ COMPASS_EVERY = 10  # samples of the inertial sensor for one of the compass, and
 FIRST_S, FIRST_OFF_M = 7.0, 300.0  # from switching on: the filter takes its first position after 5 s of levelling
 LATE_S = 0.4
 NOISIER = 4.0
+ANTENNA_M = 0.5
 WHEELS_M_S, WHEELS_SCALE = 0.1, 0.01
 
 Change = Callable[[Samples, Truth, np.random.Generator], Samples]
@@ -83,6 +86,21 @@ def _noisy(samples: Samples, _: Truth, rng: np.random.Generator) -> Samples:
     return replace(samples, aids=fixes(valid, sensor, value))
 
 
+def _antenna(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
+    """An antenna ANTENNA_M from the sensor, which no option states."""
+    direction = rng.standard_normal(3)
+    arm = truth.attitude_e.apply(ANTENNA_M * direction / np.linalg.norm(direction))
+    swing = np.gradient(arm, truth.t_s, axis=0)
+    valid, _received, sensor, value = samples.aids.arrays()
+    latency_s = valid[0] - truth.t_s[1]  # the first fix is of the second sample
+    rows = np.rint((valid - latency_s - truth.t_s[0]) * RATE_HZ).astype(int)
+    places, velocities = (sensor == SENSORS.index(kind) for kind in ("position", "velocity"))
+    value[places, :3] = earth.place_of(earth.position_of(value[places, :3]) + arm[rows[places]])
+    axes = earth.axes_at(earth.place_of(truth.position_e[rows[velocities]]))
+    value[velocities, :3] += np.einsum("nij,ni->nj", axes, swing[rows[velocities]])
+    return replace(samples, aids=fixes(valid, sensor, value))
+
+
 def _wheels(samples: Samples, truth: Truth, rng: np.random.Generator) -> Samples:
     rows = slice(0, None, COMPASS_EVERY)
     ahead = truth.attitude_e[rows].apply([1.0, 0, 0])
@@ -98,5 +116,6 @@ CONDITIONS = {
     "state": Condition("given state with a heading 170 deg off", _as_it_is, _wrong_state),
     "late": Condition(f"every fix stamped {LATE_S:g} s late", _late),
     "noisy": Condition(f"satellites {NOISIER:g} times as noisy as they state", _noisy),
+    "antenna": Condition(f"an antenna {ANTENNA_M:g} m from the sensor, unstated", _antenna),
     "wheels": Condition("wheels", _wheels, lambda _: {"car_across_m_s": CAR_ACROSS_M_S}),
 }

@@ -271,6 +271,9 @@ typedef struct hnav_ins_options {
     /* Position of the GNSS antenna relative to the inertial sensor, body axes.
      * [-1e3, 1e3] m, default 0, 0, 0. At the sensor. */
     double antenna_b_m[3];
+    /* Sigma of antenna_b_m, each axis; 0: it is exact.
+     * [0, 1e3] m, default 0.3. An antenna that was not measured; several times as far away it is estimated as well. */
+    double start_sigma_antenna_m;
     /* Place of the speed measurement relative to the inertial sensor, body axes: the middle of a car's rear axle; 0:
      * unknown within 1 m.
      * [-1e3, 1e3] m, default 0, 0, 0. At the sensor, not measured. */
