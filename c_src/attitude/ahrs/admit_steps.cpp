@@ -16,7 +16,9 @@ void AhrsModel::carry_response(State& s) const {
     response.topRows<3>() = after;
 }
 
-// A likely step is added to the estimate, and its covariance to P.
+// A likely step is added to the estimate, its covariance to P, and what the estimate moves by as well: errors of motion and of the fields along a
+// street are not white, so no ratio of likelihoods excludes that there was none, and what follows decides. Without it the heading of a simulated
+// van jumps by 20 deg and is ready, and after a step of 0.7 deg/s aircraft are ready and wrong for 1.6 % of the time instead of 0.4.
 void AhrsModel::admit_steps(State& s, Correction& c) const {
     if (s.lost) return;
     if (s.steps.look(s.x[13], s.rate_power)) {
@@ -25,9 +27,11 @@ void AhrsModel::admit_steps(State& s, Correction& c) const {
         by_step.topRows<2>() = c.velocity_response.leftCols<3>();
         by_step.bottomRows<responding>() = c.response.leftCols<3>();
         const Eigen::Matrix<R, errors, 3> spread = by_step * found.covariance().topLeftCorner<3, 3>();
-        c.error += by_step * found.mean().head<3>();
+        const Vector moved = by_step * found.mean().head<3>();
+        constexpr R even = R(0.5); // probability that there was none
+        c.error += moved;
         for (int j = 0; j < errors; ++j)
-            for (int i = 0; i <= j; ++i) c.P(i, j) += spread.row(i).dot(by_step.row(j));
+            for (int i = 0; i <= j; ++i) c.P(i, j) += spread.row(i).dot(by_step.row(j)) + even * moved[i] * moved[j];
     } else if (!s.steps.is_over()) {
         return;
     }
