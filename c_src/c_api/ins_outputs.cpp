@@ -27,12 +27,12 @@ void fill_motion(const ins::Motion& n, hnav_navigation* out) {
 void fill_state(const ins::State& s, hnav_navigation* out) {
     store(Vector3(s.gyro_bias), out->gyro_bias_rad_s);
     store(Vector3(s.accel_bias), out->accel_bias_m_s2);
-    store(Vector3(s.gyro_scale), out->gyro_scale);
+    store(Vector3(ins::mat(s.gyro_axes).diagonal()), out->gyro_scale);
     for (int i = 0; i < 3; ++i) {
-        const auto sigma = [&](int row) { return std::sqrt(std::fmax(0, s.P[ins::packed(row + i, row + i)])); };
-        out->sigma_gyro_bias_rad_s[i] = sigma(ins::row_gyro);
-        out->sigma_accel_bias_m_s2[i] = sigma(ins::row_accel);
-        out->sigma_gyro_scale[i] = sigma(ins::row_gyro_scale);
+        const auto sigma = [&](int row) { return std::sqrt(std::fmax(0, s.P[ins::packed(row, row)])); };
+        out->sigma_gyro_bias_rad_s[i] = sigma(ins::row_gyro + i);
+        out->sigma_accel_bias_m_s2[i] = sigma(ins::row_accel + i);
+        out->sigma_gyro_scale[i] = sigma(ins::row_axes + 4 * i);
     }
     out->latency_s = s.latency;
     out->sigma_latency_s = std::sqrt(std::fmax(0, s.P[ins::packed(ins::row_latency, ins::row_latency)]));

@@ -251,9 +251,8 @@ void Model::restart_heading(State& s, Covariance& P, const Event& event) const {
     }
     s.phase = Phase::any_heading;
     double tilt_and_biases[errors] = {};
-    for (const int row : {row_phi, row_gyro, row_accel, row_gyro_scale, row_iron})
-        for (int i = 0; i < 3; ++i) tilt_and_biases[row + i] = s.mean[row + i];
-    for (const int row : {row_strength, row_direction}) tilt_and_biases[row] = s.mean[row];
+    for (int row = row_phi; row < row_u; ++row) tilt_and_biases[row] = s.mean[row];
+    for (int row = row_iron; row <= row_direction; ++row) tilt_and_biases[row] = s.mean[row];
     apply(s, P, tilt_and_biases);
     for (double& e : s.mean) e = 0;
     const double* p = event.value[position];

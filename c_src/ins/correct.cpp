@@ -152,7 +152,7 @@ void Model::use(State& s, Covariance& P, const Event& event, const Measurement& 
     }
     if (c.scale > 1 && !is_free(s) && is_contradicted(s, m.channel, event.t_s)) return;
     if (is_absolute(m) && m.assumed)
-        for (int i = 0; i < row_gyro_scale; ++i) s.by_rests[i] += c.error[i];
+        for (int i = 0; i < row_axes; ++i) s.by_rests[i] += c.error[i];
     const Matrix3 gyro_before = P.block(row_gyro, row_gyro);
     reduce(P, c, m.rows);
     if (is_free(s)) take_free(s, gyro_before, P, m, c.error);
@@ -313,18 +313,14 @@ void Model::restart(State& s, double now_s) const {
     const double compass_s = std::fmax(s.last_s[ins::heading], s.field_used_s);
     if (!first && is_within(now_s - compass_s, fresh_s)) s.heading_inflation = std::fmin(most, more * s.heading_inflation);
     s.refuted = Refuted::nothing;
-    for (double* estimate : {s.gyro_bias, s.accel_bias, s.gyro_scale}) vec(estimate).setZero();
+    for (double* estimate : {s.gyro_bias, s.accel_bias}) vec(estimate).setZero();
+    mat(s.gyro_axes).setZero();
     // What motion has refuted may be the accelerometer. Chosen: with 0 the tilt is ready and wrong for 8 % of the time after a step of the force
     // of 2 m/s2 on a quadrotor, with this for .03 %; with 1 it is right again 0.6 s later in the mean over all faults.
     constexpr double stepped_m_s2 = 0.3;
     Covariance P = Covariance::of(s);
-    for (int row = row_gyro; row < row_u; ++row) P.forget(row);
-    for (int i = 0; i < 3; ++i) {
-        P.put_sigma(row_gyro + i, s.bias_inflation * options_.start_sigma_gyro_bias_rad_s);
-        P.put_sigma(row_accel + i, s.bias_inflation * options_.start_sigma_accel_bias_m_s2);
-        if (!first) P[row_accel + i][row_accel + i] += square(stepped_m_s2);
-        P.put_sigma(row_gyro_scale + i, options_.start_sigma_gyro_scale);
-    }
+    put_sensors(s, P);
+    for (int i = 0; i < 3 && !first; ++i) P[row_accel + i][row_accel + i] += square(stepped_m_s2);
     P.keep(s);
     for (double& x : s.x) x = 0;
     s.x[6] = 1;

@@ -64,7 +64,7 @@ void Model::look_for_glide(State& s, Covariance& P, double now_s) const {
 // zero velocities have corrected within that time becomes uncertain. Without this the squared normalised tilt errors of trains are 1.5 to 3.6
 // after a departure, by grade, instead of .5 to 1.2.
 void Model::admit_departure(State& s, Covariance& P) const {
-    for (int i = 0; i < row_gyro_scale; ++i) widen(P, i, square(s.by_rests[i]));
+    for (int i = 0; i < row_axes; ++i) widen(P, i, square(s.by_rests[i]));
     s.forget_rests();
 }
 

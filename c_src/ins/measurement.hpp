@@ -9,7 +9,7 @@
 
 namespace hnav::ins {
 
-constexpr int row_length = 36; // even, so that rows are aligned
+constexpr int row_length = 42; // even, so that rows are aligned
 
 // Calls f with the number of used rows as a compile-time constant, because loops of known length are faster.
 template <class F>
@@ -28,26 +28,26 @@ struct Covariance {
         Covariance c;
         c.n = s.field_unit > 0 ? int(errors) : int(errors_without_field);
         with_rows(c.n, [&](auto rows) {
-            const double* upper = s.P;
-            for (int j = 0; j < rows; ++j)
-                for (int i = 0; i <= j; ++i) c.P[i][j] = c.P[j][i] = *upper++;
+            const double* lower = s.P;
+            for (int i = 0; i < rows; lower += ++i)
+                for (int j = 0; j <= i; ++j) c.P[i][j] = c.P[j][i] = lower[j];
         });
-        std::copy_n(s.response, errors * responses, c.response[0]);
+        std::copy_n(s.response, c.n * responses, c.response[0]);
         return c;
     }
     void keep(State& s) const {
         with_rows(n, [&](auto rows) {
-            double* upper = s.P;
-            for (int j = 0; j < rows; ++j) {
-                for (int i = 0; i <= j; ++i) *upper++ = 0.5 * (P[i][j] + P[j][i]);
-            }
+            double* lower = s.P;
+            for (int i = 0; i < rows; lower += ++i) std::copy_n(P[i], i + 1, lower);
         });
-        std::copy_n(response[0], errors * responses, s.response);
+        std::copy_n(response[0], n * responses, s.response);
     }
     // Adds rows of zero variance.
     void extend(int rows) {
-        for (; n < rows; ++n)
+        for (; n < rows; ++n) {
             for (int j = 0; j <= n; ++j) P[n][j] = P[j][n] = 0;
+            std::fill_n(response[n], responses, 0.0);
+        }
     }
     double* operator[](int i) { return P[i]; }
     const double* operator[](int i) const { return P[i]; }

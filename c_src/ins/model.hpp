@@ -196,6 +196,7 @@ private:
     void start(State& s, const Event& event, const Tilt& tilt) const;
     double start_velocity_sigma(const State& s, int axis) const;
     void put_place(const State& s, Covariance& P, const double* sigma_m, double wide_m) const;
+    void put_sensors(const State& s, Covariance& P) const;
     void put_at_antenna(State& s, Covariance& P) const;
     Covariance prior(const State& s) const;
     void start_covariance(State& s, const Vector3& first_sigma, const Tilt& found) const;
@@ -289,10 +290,11 @@ private:
     bool expects_steps_ = true; // of the state: steps.cpp
 };
 
-// Rate and force of the present interval: the held sample without bias and scale error, with coning and sculling.
-// A gyroscope measures (1 + scale) rate + bias.
+// Rate and force of the present interval: the held sample without bias and error of the axes, with coning and sculling.
+// Gyroscopes measure (1 + E) rate + bias.
 inline Vector3 turn_rate(const State& s) {
-    return (vec(s.held.rate) - vec(s.gyro_bias)).cwiseProduct(Vector3::Ones() - vec(s.gyro_scale)) + vec(s.held.coning);
+    const Vector3 rate = vec(s.held.rate) - vec(s.gyro_bias);
+    return rate - mat(s.gyro_axes) * rate + vec(s.held.coning);
 }
 inline Vector3 specific_force(const State& s) { return vec(s.held.force) - vec(s.accel_bias) + vec(s.held.sculling); }
 inline Matrix3 attitude(const State& s) { return rotation_matrix(quat(s.x + 6)); }

@@ -107,13 +107,22 @@ void Model::begin(State& s) const {
     s.circle = any;
     if (place_given(options_))
         anchor(s, earth::Place{options_.start_latitude_rad, options_.start_longitude_rad, options_.start_height_m});
-    for (int i = 0; i < 3; ++i) {
-        const auto put = [&](int row, double sigma) { s.P[packed(row + i, row + i)] = sigma * sigma; };
-        put(row_gyro, options_.start_sigma_gyro_bias_rad_s);
-        put(row_accel, options_.start_sigma_accel_bias_m_s2);
-        put(row_gyro_scale, options_.start_sigma_gyro_scale);
-    }
+    Covariance P = Covariance::of(s);
+    put_sensors(s, P);
+    P.keep(s);
     begin_levelling(s);
+}
+
+// The priors of biases and axes.
+void Model::put_sensors(const State& s, Covariance& P) const {
+    for (int row = row_gyro; row < row_u; ++row) P.forget(row);
+    for (int i = 0; i < 3; ++i) {
+        P.put_sigma(row_gyro + i, s.bias_inflation * options_.start_sigma_gyro_bias_rad_s);
+        P.put_sigma(row_accel + i, s.bias_inflation * options_.start_sigma_accel_bias_m_s2);
+        for (int j = 0; j < 3; ++j)
+            P.put_sigma(row_axes + 3 * i + j,
+                        i == j ? options_.start_sigma_gyro_scale : options_.start_sigma_gyro_misalignment_rad);
+    }
 }
 
 void Model::anchor(State& s, const earth::Place& place) const {

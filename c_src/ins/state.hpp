@@ -46,19 +46,19 @@ enum Row : int {
     row_phi = 6,
     row_gyro = 9,
     row_accel = 12,
-    row_gyro_scale = 15, // of the three gyroscopes
-    row_u = 18,
-    row_latency = 20,
-    row_colour = 21, // slowly varying error of the satellites' position
-    row_offset = 24, // of the height by pressure
-    row_scale = 25,  // of the speed
-    row_mount = 26,  // yaw and pitch of the axis of travel in the body
-    row_antenna = 28, // place of the antenna in the body
-    errors_without_field = 31,
-    row_iron = 31,      // of the body, in the unit of the horizontal field
-    row_strength = 34,  // 1 over the horizontal field, in a unit that makes it about 1
-    row_direction = 35, // deviation of the horizontal field from the declination, rad
-    errors = 36
+    row_axes = 15, // E of the gyroscopes, row by row: scales on its diagonal, misalignments beside it
+    row_u = 24,
+    row_latency = 26,
+    row_colour = 27, // slowly varying error of the satellites' position
+    row_offset = 30, // of the height by pressure
+    row_scale = 31,  // of the speed
+    row_mount = 32,  // yaw and pitch of the axis of travel in the body
+    row_antenna = 34, // place of the antenna in the body
+    errors_without_field = 37,
+    row_iron = 37,      // of the body, in the unit of the horizontal field
+    row_strength = 40,  // 1 over the horizontal field, in a unit that makes it about 1
+    row_direction = 41, // deviation of the horizontal field from the declination, rad
+    errors = 42
 };
 
 constexpr int nx = 10;    // d 3, v 3, q 4
@@ -68,7 +68,7 @@ constexpr int may_step = 9; // rows from row_phi on: attitude, biases of gyrosco
 constexpr int newest_window = 2, step_windows = 3;
 constexpr int responses = may_step * step_windows;
 
-// Upper triangle by columns, i <= j: without a magnetometer the first columns suffice.
+// Lower triangle by rows, i <= j being the column: without a magnetometer the first rows suffice.
 constexpr int packed(int i, int j) { return j * (j + 1) / 2 + i; }
 
 using Options = hnav_ins_options;
@@ -112,14 +112,15 @@ struct ExternalHeading {
 
 // Growth of errors between two corrections, gathered from the samples:
 //     phi = phi0 - A dg,   v = v0 + T v0' - [F] phi0 + B dg - A da,   d = d0 + T v0 - [S] phi0 + C dg - D da
-// A scale error acts like a gyro bias proportional to the rate: its A, B, C are by_scale.
+// An error dE of the gyroscopes' axes acts like a bias dE rate: by_rate are the integrals of rotation times each rate. What it adds to v and d
+// within a window is small.
 struct Window {
     double A[9], B[9], C[9], D[9]; // row-major
-    double by_scale_A[9], by_scale_B[9], by_scale_C[9];
+    double by_rate[3][9];
     double F[3], S[3];
     double began_q[4]; // attitude at its begin
     double false_force2; // at its begin: variance of the horizontal force that errors of tilt and accelerometer bias put into t
-    double turned2, length_s; // integral of the squared rate; seconds
+    double turned2, accelerated2, length_s; // integrals of the squared rate and acceleration; seconds
     double rate_sum[3]; // integral of the measured rate, rad
     GapMotion gap;
     double lost_turn2[3], lost_gain2[3]; // variances of rotation and velocity missed by stuck or saturated axes, body axes
@@ -174,7 +175,7 @@ struct State {
     StepEvidence<may_step> steps[step_windows];
     double steps_since_s[step_windows]; // begin of the windows; NaN: they begin at the next correction
     double mean[errors]; // of the error, relative to the point of linearisation; 0 when the heading is known
-    double gyro_bias[3], accel_bias[3], gyro_scale[3], u[2], latency, offset, scale, mount[2], antenna[3];
+    double gyro_bias[3], accel_bias[3], gyro_axes[9], u[2], latency, offset, scale, mount[2], antenna[3];
     double iron[3], strength, direction, field_unit; // magnetometer; field_unit 0: there is none
     Circle circle;
     ExternalHeading external;
@@ -186,7 +187,7 @@ struct State {
     double slow_m[2], slow_before_m[2];
     double drifted; // 1: that error exceeds its usual size, and the position was widened by it
     Levelling levelling;
-    double by_rests[row_gyro_scale]; // recent corrections by zero velocities
+    double by_rests[row_axes]; // recent corrections by zero velocities
     double refused_since_s[channel_count]; // NaN: the last one was accepted
     double refused_in_row[channel_count];
     double placed_s; // positions have agreed since this time, until one is rejected
@@ -219,7 +220,6 @@ struct State {
     SlowNoise slow_noise;
     SensorCheck<double> check[checked_count]; // of rate, force and field
     std::uint64_t rejected; // bit c: the present sample of channel c is treated as missing
-    double steady_rate[3]; // mean over turns_alike_s, which averages sway
     double mean_force2; // mean square of the mean force along the horizontal
     double recent2; // mean square of the recent acceleration along the horizontal
     double false_force2; // mean of the part of these that errors cause: of that of the windows
@@ -260,7 +260,7 @@ template <class AnyState, class Visit>
 void each_parameter(AnyState& s, Visit visit) {
     visit(row_gyro, s.gyro_bias, 3);
     visit(row_accel, s.accel_bias, 3);
-    visit(row_gyro_scale, s.gyro_scale, 3);
+    visit(row_axes, s.gyro_axes, 9);
     visit(row_u, s.u, 2);
     visit(row_latency, &s.latency, 1);
     visit(row_colour, s.in_t.colour, 3);

@@ -6,7 +6,7 @@
 namespace hnav::ins {
 
 constexpr int moved = 9; // rows of the error that the flow changes: d, v, phi
-constexpr int movers = 20; // columns that change them: these, biases, scales, u
+constexpr int movers = 26; // columns that change them: these, biases, axes, u
 
 // Transition of the errors since the previous correction. Rows beyond `moved` are constant.
 struct Transition {

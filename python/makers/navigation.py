@@ -69,7 +69,7 @@ def grade_values(name: str) -> Values:
         "sensor.gyro.random_walk_deg_per_h_per_sqrt_h": stated.gyro_bias_walk_rad_s_per_sqrt_s / DEG * 3600 * ROOT_HOUR,
         "sensor.gyro.bias_sigma_rad_s": stated.start_sigma_gyro_bias_rad_s,
         "sensor.gyro.scale_factor_sigma": stated.start_sigma_gyro_scale,
-        "sensor.gyro.misalignment_sigma_rad": stated.gyro_scale,
+        "sensor.gyro.misalignment_sigma_rad": stated.start_sigma_gyro_misalignment_rad,
         "sensor.accel.noise_ug_per_sqrt_hz": stated.accel_noise_m_s_per_sqrt_s / G_M_S2 * 1e6,
         "sensor.accel.random_walk_ug_per_sqrt_h": stated.accel_bias_walk_m_s2_per_sqrt_s / G_M_S2 * 1e6 * ROOT_HOUR,
         "sensor.accel.bias_sigma_m_s2": stated.start_sigma_accel_bias_m_s2,

@@ -1,4 +1,4 @@
-"""Time and instructions of a sample of the navigation filter: 31 errors, 10 numbers that flow, 100 Hz, five fixes a second.
+"""Time and instructions of a sample of the navigation filter: 37 errors, 10 numbers that flow, 100 Hz, five fixes a second.
 
     ./run study ins_speed
 

@@ -411,12 +411,13 @@ class AhrsReference:
         return BiasSteps(ERRORS, BIAS, self.o.residual_iron, self.steps.response[:, 3:])
 
     def admit_steps(self) -> None:
-        """A likely step of the gyro bias is added to the estimate, and its covariance to that of the errors."""
+        """A likely step of the gyro bias is added to the estimate, and to that of the errors its covariance and half of its square."""
         steps = self.steps
         if steps.look(self.window_s, self.rate_power, PHI):
             (mean, covariance), response = steps.found(), steps.response[:, :3]
-            self.error += response @ mean
-            self.E = self.E + response @ covariance @ response.T
+            moved = response @ mean
+            self.error += moved
+            self.E = self.E + response @ covariance @ response.T + 0.5 * np.outer(moved, moved)
             self.steps = self.new_steps()
         elif steps.is_over():
             self.steps = self.new_steps()

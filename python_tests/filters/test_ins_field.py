@@ -122,19 +122,23 @@ def while_false(samples, change):
     ],
     ids=["larger", "smaller", "slowly", "beside steel"],
 )
-@pytest.mark.parametrize("seed", [1, 4])
-def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_heading_is_known(change, seed):
-    samples, _ = vehicle("ship", "industrial", seed, 40.0, magnetometer=True)
-    runs, left_out = [], []
-    for changed in (while_false(samples, change), while_false(samples, lambda m, _: np.nan * m)):
-        ins = hnav.Ins("industrial", **FAST)
-        aids = with_fields(samples, changed)
-        runs.append(ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids))
-        left_out.append(ins.diagnostics().gated["mag"])
-    assert left_out[0] > 60 and left_out[1] == 0
-    off = wrapped(runs[0].heading_rad - runs[1].heading_rad) / runs[1].sigma_rotation_rad[:, 2]
-    off = np.abs(off[np.isfinite(off)])
-    assert np.quantile(off, 0.9) < 0.1 and off[-1] < 0.05  # the likeliest heading of an almost flat density may flip for a moment
+def test_a_field_that_changes_by_itself_is_as_good_as_none_even_before_the_heading_is_known(change):
+    """The median of five: the likeliest heading of an almost flat density may flip."""
+    usually, at_end = [], []
+    for seed in (1, 4, 6, 8, 10):
+        samples, _ = vehicle("ship", "industrial", seed, 40.0, magnetometer=True)
+        runs, left_out = [], []
+        for changed in (while_false(samples, change), while_false(samples, lambda m, _: np.nan * m)):
+            ins = hnav.Ins("industrial", **FAST)
+            aids = with_fields(samples, changed)
+            runs.append(ins.run(samples.t_s, samples.rate_b_rad_s, samples.force_b_m_s2, aids))
+            left_out.append(ins.diagnostics().gated["mag"])
+        assert left_out[0] > 60 and left_out[1] == 0
+        off = wrapped(runs[0].heading_rad - runs[1].heading_rad) / runs[1].sigma_rotation_rad[:, 2]
+        off = np.abs(off[np.isfinite(off)])
+        usually.append(np.quantile(off, 0.9))
+        at_end.append(off[-1])
+    assert np.median(usually) < 0.05 and np.median(at_end) < 0.05
 
 
 def test_a_field_that_stays_another_is_accepted_after_a_while(hovering):

@@ -23,13 +23,13 @@ class WithoutErrors:
 
     gyro_noise_rad_per_sqrt_s = start_sigma_gyro_bias_rad_s = gyro_bias_walk_rad_s_per_sqrt_s = 0.0
     accel_noise_m_s_per_sqrt_s = start_sigma_accel_bias_m_s2 = accel_bias_walk_m_s2_per_sqrt_s = 0.0
-    start_sigma_gyro_scale = gyro_scale = 0.0
+    start_sigma_gyro_scale = start_sigma_gyro_misalignment_rad = 0.0
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_simulated_rate_integrates_to_the_attitude(kind, seed, monkeypatch):
-    monkeypatch.setattr(motions, "Options", lambda filter, grade: WithoutErrors())
+    monkeypatch.setattr(motions, "sensors_of", lambda grade: WithoutErrors())
     made = motion(kind, seed, "industrial")
     T = 1 / RATE_HZ
     # Of rates that are means over their intervals, with the coning of successive turns (two-sample algorithm), less the Earth's.

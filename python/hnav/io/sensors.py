@@ -172,6 +172,7 @@ class Grade:
 _GYRO_BIAS = ("gyro.bias_sigma_rad_s", "gyro.bias_instability_rad_s")
 _BOTH = {
     "start_sigma_gyro_scale": ("gyro.scale_factor_sigma",),
+    "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
     "start_sigma_accel_bias_m_s2": ("accel.bias_sigma_m_s2", "accel.bias_instability_m_s2"),
     "gyro_range_rad_s": ("gyro.range_rad_s",),
     "accel_range_m_s2": ("accel.range_m_s2",),
@@ -179,10 +180,12 @@ _BOTH = {
 START_AND_RANGE: dict[str, dict[str, tuple[str, ...]]] = {
     "ahrs": _BOTH | {
         "start_sigma_bias_rad_s": _GYRO_BIAS,
-        "start_sigma_gyro_misalignment_rad": ("gyro.misalignment_sigma_rad",),
         "mag_range_tesla": ("mag.range_tesla",),
     },
-    "ins": _BOTH | {"start_sigma_gyro_bias_rad_s": _GYRO_BIAS},
+    "ins": _BOTH | {
+        "start_sigma_gyro_bias_rad_s": _GYRO_BIAS,
+        "accel_scale": ("accel.scale_factor_sigma", "accel.misalignment_sigma_rad"),
+    },
 }  # fmt: skip
 """Option of a filter: the figures whose root sum of squares it is; without the first of them there is none."""
 

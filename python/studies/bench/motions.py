@@ -14,12 +14,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from hnav import earth
-from hnav.filters.options import Options
 from hnav.io.aids import AidSamples
 from hnav.io.recordings import Recording
 from hnav.native.arrays import Array
 from studies.ins.motions import MOTIONS, RATE_HZ, Motion, smooth, stairs, turned_on, walked
-from studies.ins.vehicles import Truth, ideal, real
+from studies.ins.vehicles import Truth, ideal, real, sensors_of
 
 MOTION = "MOTION"
 LENGTH_S, WARM_S, REST_S = 120.0, 15.0, 6.0
@@ -141,7 +140,7 @@ def motion(kind: str, seed: int, grade: str | None = None) -> Recording:
     way = np.vstack([np.zeros(3), np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) / RATE_HZ, axis=0)])
     turned = Rotation.from_matrix(axes) * attitude
     truth = Truth(t, earth.position_of(place) + way @ axes.T, velocity @ axes.T, turned)
-    rate, force = real(rng, *ideal(truth), Options("ins", grade))
+    rate, force = real(rng, *ideal(truth), sensors_of(grade))
     field_n = FIELD_T * np.array([np.cos(DIP_RAD), 0, np.sin(DIP_RAD)])
     field = attitude.inv().apply(field_n) + rng.normal(0, FIELD_NOISE_T, (len(t), 3))
     reference = (ENU * attitude).as_quat(scalar_first=True)
@@ -179,7 +178,7 @@ SENSOR = {
     "gyro_bias_walk_rad_s_per_sqrt_s": "gyro_bias_walk_rad_s_per_sqrt_s",
     "start_sigma_bias_rad_s": "start_sigma_gyro_bias_rad_s",
     "start_sigma_gyro_scale": "start_sigma_gyro_scale",
-    "start_sigma_gyro_misalignment_rad": "gyro_scale",
+    "start_sigma_gyro_misalignment_rad": "start_sigma_gyro_misalignment_rad",
     "start_sigma_accel_bias_m_s2": "start_sigma_accel_bias_m_s2",
 }
 """Options of the AHRS that a datasheet states, and the entries of a preset of the INS, by which `real` makes the samples."""
@@ -189,7 +188,7 @@ def sensor_of(recording: Recording) -> dict[str, float]:
     """The datasheet of its sensors as options; none for recordings that are not simulated here."""
     if kind_of(recording) not in KINDS:
         return {}
-    grade = Options("ins", recording.name.rpartition(" ")[2])
+    grade = sensors_of(recording.name.rpartition(" ")[2])
     return {option: getattr(grade, entry) for option, entry in SENSOR.items()}
 
 

@@ -48,6 +48,15 @@ def filter_of(kind: str, grade: str, **options: object) -> Ins:
     return Ins(grade, solver="closed_form", position_colour_m=(colour_m, colour_m), **options)
 
 
+MISALIGNED_RAD = {"consumer": 2e-3, "industrial": 3e-5, "tactical": 3e-5, "navigation": 3e-6}
+"""Of simulated gyroscopes, which were aligned with care. The presets allow for more."""
+
+
+def sensors_of(grade: str) -> Options:
+    """The errors of simulated sensors: those of the preset, with axes that are better aligned."""
+    return Options("ins", grade, start_sigma_gyro_misalignment_rad=MISALIGNED_RAD[grade])
+
+
 CONING = (113 / 840, -13 / 420, 1 / 280)
 """Shares of the products with the three turns before, newest first: they leave of a steady coning its seventh order."""
 
@@ -121,7 +130,7 @@ def vehicle(kind: str, grade: str, seed: int, duration_s: float = 150.0, magneto
     axes = earth.axes_at(place)
     truth = Truth(t, earth.position_of(place) + d @ axes.T, velocity @ axes.T, Rotation.from_matrix(axes @ attitude.as_matrix()))
     rate, force = ideal(truth)
-    sensors = Options("ins", grade)
+    sensors = sensors_of(grade)
     rate, force = real(rng, rate, force, sensors)
     if kind in VIBRATION:
         sizes = rng.uniform(0.1, 1) * np.array(VIBRATION[kind])
@@ -173,7 +182,7 @@ def real(rng: np.random.Generator, rate: Array, force: Array, grade: Options) ->
         return np.asarray(bias + white * RATE_HZ**0.5 * rng.standard_normal((n, 3)))
 
     axes = np.eye(3) + np.diag(grade.start_sigma_gyro_scale * rng.standard_normal(3))
-    axes += grade.gyro_scale * rng.standard_normal((3, 3)) * (1 - np.eye(3))
+    axes += grade.start_sigma_gyro_misalignment_rad * rng.standard_normal((3, 3)) * (1 - np.eye(3))
     return (
         rate @ axes.T
         + noise(grade.gyro_noise_rad_per_sqrt_s, grade.start_sigma_gyro_bias_rad_s, grade.gyro_bias_walk_rad_s_per_sqrt_s),
