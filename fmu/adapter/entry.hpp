@@ -1,6 +1,7 @@
 // Shared by the entry points of both FMI versions: the instance behind the importer's pointer, and the returned status.
 #pragma once
 
+#include "adapter/float_traps.hpp"
 #include "adapter/instance.hpp"
 
 namespace hnav::fmu {
@@ -15,6 +16,7 @@ struct Entry {
     // Calls a method of the instance. Without an instance nothing can be logged.
     template <class Method, class... Arguments>
     static FmiStatus call(void* instance, Method method, Arguments... arguments) {
+        const WithoutFloatTraps quiet;
         return instance ? to_fmi((of(instance)->*method)(arguments...)) : error;
     }
 
@@ -28,6 +30,7 @@ struct Entry {
     template <class T>
     static FmiStatus get(void* instance, Type type, const unsigned* references, std::size_t n, T* values, std::size_t n_values) {
         if (call(instance, &Instance::check_array, references, n, values, n_values) != ok) return error;
+        const WithoutFloatTraps quiet;
         return to_fmi(of(instance)->get(type, references, n, values));
     }
 
@@ -35,6 +38,7 @@ struct Entry {
     static FmiStatus set(void* instance, Type type, const unsigned* references, std::size_t n, const T* values,
                          std::size_t n_values) {
         if (call(instance, &Instance::check_array, references, n, values, n_values) != ok) return error;
+        const WithoutFloatTraps quiet;
         return to_fmi(of(instance)->set(type, references, n, values));
     }
 };

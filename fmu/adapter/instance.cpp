@@ -1,6 +1,7 @@
 // Life, Co-Simulation and events. Variables, Model Exchange and the complete state have files of their own.
 #include "adapter/instance.hpp"
 #include "adapter/arrays.hpp"
+#include "adapter/float_traps.hpp"
 #include "adapter/sampling_clock.hpp"
 
 #include <cmath>
@@ -19,6 +20,7 @@ void Instance::format_token(std::uint64_t token, char* text, std::size_t size) {
 }
 
 Instance* Instance::create(const char* name, const char* token, const Options& options, const Importer& importer) {
+    const WithoutFloatTraps quiet;
     auto* self = new Instance;
     if (!self) return nullptr;
     self->options_ = options;
@@ -355,6 +357,7 @@ Status Instance::check_step(double t_s, double step_s) const {
 }
 
 Status Instance::do_step(double t_s, double step_s, IntermediateUpdate update, Step* reply) {
+    const WithoutFloatTraps quiet;
     *reply = {};
     reply->last_successful_s = time_s_;
     if (!allowed(Call::do_step) || check_step(t_s, step_s) != Status::ok) return Status::error;
@@ -452,6 +455,7 @@ Status Instance::process_samples(bool* states_changed) {
 // Samples of one instant form one event, even if their clocks tick in several iterations: samples are collected while clocks
 // tick, and the first iteration without a tick processes them.
 Status Instance::update_discrete_states(Events* events) {
+    const WithoutFloatTraps quiet;
     *events = {};
     if (!allowed(Call::update_discrete_states)) return Status::error;
     take_samples(time_s_);
