@@ -70,7 +70,7 @@ void Model::note(State& s, const Event& event) const {
 
 void Model::try_start(State& s, const Event& event) const {
     const bool stays = place_given(options_) && s.used[position] == 0; // nothing else will say where it is
-    const bool has_place = event.has(position) || (s.has(event, imu) && (stays || has_given_place(s)));
+    const bool has_place = s.has(event, position) || (s.has(event, imu) && (stays || has_given_place(s)));
     const bool has_inertial = s.has(event, imu) || !has_passed(event.t_s - s.last_s[imu], options_.longest_gap_s);
     if (s.phase != Phase::levelling || !has_place || !has_inertial) return;
     Tilt tilt;

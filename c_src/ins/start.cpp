@@ -160,7 +160,7 @@ void Model::level(State& s, const Event& event) const {
         l.samples += 1;
         s.phase = Phase::levelling;
     }
-    const bool with_velocity = event.has(velocity) && !std::isnan(event.value[velocity][2]);
+    const bool with_velocity = s.has(event, velocity) && !std::isnan(event.value[velocity][2]);
     if (with_velocity && !std::isnan(l.began_s)) level_by_velocity(s, event);
 }
 
@@ -337,7 +337,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     const bool given = has_given_state(s);
     const Vector3 down_b = tilt.down_b;
     Vector3 sigma;
-    if (event.has(position)) {
+    if (s.has(event, position)) {
         const double* p = event.value[position];
         anchor(s, {p[0], p[1], p[2]});
         sigma = vec(p + 3);
@@ -364,7 +364,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     s.nis_mean = 1;
     s.field_unit = 0; // until there is a magnetometer
     start_covariance(s, sigma, tilt);
-    if (event.has(position)) {
+    if (s.has(event, position)) {
         Covariance P = Covariance::of(s);
         put_at_antenna(s, P);
         P.keep(s);
@@ -374,7 +374,7 @@ void Model::start(State& s, const Event& event, const Tilt& tilt) const {
     constexpr double certainly_noise = 8;
     if (tilt.noise > certainly_noise) s.fit(velocity).begin(tilt.noise, s.fit(velocity).colour_s);
     s.phase = given ? Phase::navigating : Phase::any_heading;
-    if (event.has(velocity)) {
+    if (s.has(event, velocity)) {
         // The second velocity is compared with this one, because nothing else is known yet.
         s.gates.velocity_s = s.gates.fitting_s = event.t_s;
         vec(s.gates.velocity) = vec(event.value[velocity]);

@@ -766,7 +766,7 @@ def test_starts_of_the_recorded_flight_are_right_and_none_is_called_ready_falsel
     assert sum(np.isfinite(start["ready_s"]) for start in starts) >= 9
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("aircraft", 13), ("walker", 11)])
+@pytest.mark.parametrize(("kind", "seed"), [("aircraft", 8), ("aircraft", 14), ("walker", 11)])
 def test_fixes_that_are_repeated_are_no_more_fixes(kind, seed):
     """A receiver's outputs that are held until the next fix, from the first one on. Taken as fixes they made the velocity of the aircraft
     48 m/s wrong, and found other phases."""
