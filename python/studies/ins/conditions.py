@@ -116,6 +116,6 @@ CONDITIONS = {
     "state": Condition("given state with a heading 170 deg off", _as_it_is, _wrong_state),
     "late": Condition(f"every fix stamped {LATE_S:g} s late", _late),
     "noisy": Condition(f"satellites {NOISIER:g} times as noisy as they state", _noisy),
-    "antenna": Condition(f"an antenna {ANTENNA_M:g} m from the sensor, unstated", _antenna),
+    "antenna": Condition(f"antenna {ANTENNA_M:g} m off, unstated", _antenna),
     "wheels": Condition("wheels", _wheels, lambda _: {"car_across_m_s": CAR_ACROSS_M_S}),
 }
