@@ -110,8 +110,7 @@ void Model::note_false_turn(State& s) {
 namespace {
 
 // Variance of the velocity of a correction by rest where positions alone say that the body stands: what their noise and slow error leave open over
-// the time of the rest. Without it a robot at .45 m/s was at rest for a fifth of the way, its
-// velocity ready with a z2 of 250, now .4.
+// the time of the rest. Without it a robot at .45 m/s was at rest for a fifth of the way, its velocity ready with a z2 of 250, now .4.
 double speed_left_open2(const State& s, const Options& options, double now_s, double stood_s) {
     constexpr double fix_s = 10; // chosen: without a fix for so long, as in an outage, positions neither show nor refute a rest
     if (is_within(now_s - s.last_s[velocity], silent_s) || !is_within(now_s - s.last_s[position], fix_s)) return 0;
